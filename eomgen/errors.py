@@ -1,0 +1,100 @@
+"""The exceptions of eomgen: each says where, what, why and what to try, and knows its exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong.
+
+    Attributes
+    ----------
+    where : str
+        File, line and key, as far as they are known: ``scene.toml:12 (bodies.arm.mass)``.
+    what : str
+        What is wrong, in one sentence without a final full stop.
+    hint : str
+        What to try. May be empty when ``what`` already says it.
+    """
+
+    where: str
+    what: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        text = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{text}; try: {self.hint}" if self.hint else text
+
+
+class EomgenError(Exception):
+    """Base of all errors that eomgen raises on purpose.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        Everything that was found wrong, not only the first of it.
+    """
+
+    exit_code = 1
+    title = "error"
+
+    def __init__(self, problems: Problem | str | Sequence[Problem], hint: str = "") -> None:
+        if isinstance(problems, str):
+            problems = [Problem("", problems, hint)]
+        elif isinstance(problems, Problem):
+            problems = [problems]
+        self.problems: tuple[Problem, ...] = tuple(problems)
+        super().__init__(self.report())
+
+    def report(self) -> str:
+        """Return the whole message: one line for one problem, a counted list for several."""
+        if len(self.problems) == 1:
+            return f"{self.title}: {self.problems[0]}"
+        lines = [f"{self.title}: {len(self.problems)} problems"]
+        lines += [f"  {number}. {problem}" for number, problem in enumerate(self.problems, 1)]
+        return "\n".join(lines)
+
+
+class UsageError(EomgenError):
+    """A call or a command line that cannot be taken."""
+
+    exit_code = 2
+    title = "usage error"
+
+
+class DescriptionError(EomgenError):
+    """A scene, URDF or formula that is not well formed."""
+
+    exit_code = 3
+    title = "description error"
+
+
+class ModelError(EomgenError):
+    """A well-formed description whose mechanics, or chosen method, cannot work."""
+
+    exit_code = 4
+    title = "model error"
+
+
+class ToolchainError(EomgenError):
+    """The C compiler, its headers or its output are missing or failed."""
+
+    exit_code = 5
+    title = "toolchain error"
+
+
+class NumericalError(EomgenError):
+    """A computation that did not converge or left the finite numbers."""
+
+    exit_code = 6
+    title = "numerical error"
+
+
+class FileError(EomgenError):
+    """A file that cannot be read or written."""
+
+    exit_code = 7
+    title = "input/output error"

@@ -1,0 +1,1 @@
+"""Virtual work to separated terms: kinematics, bodies, base motion, forces, partials."""

@@ -1,0 +1,66 @@
+"""Grouping of inertial parameters: mass that a joint cannot tell from its parent's is moved to the parent.
+
+Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so it may be counted
+there; for a prismatic joint the whole second moment may, for a spherical joint the mass at its centre. Torques do not change
+(Gautier & Khalil 1990 give the same for Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would,
+so only functions that give generalized forces use the grouped tree.
+"""
+
+from __future__ import annotations
+
+from eomgen.mechanics.rigid_body import Inertia
+from eomgen.mechanics.tree import ROOT, Link, Tree, cleaned
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
+
+
+def grouped(tree: Tree) -> Tree:
+    """Return the tree with inertial parameters grouped from the tips to the root, where they are constants."""
+    algebra = tree.algebra
+    inertias = [link.inertia for link in tree.links]
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        movable = _movable(algebra, link, inertias[index])
+        if not _constant([movable.mass, *movable.first, *(entry for row in movable.second for entry in row)]):
+            continue
+        if link.parent != ROOT and not _constant(link.neutral_position):
+            continue
+        inertias[index] = _without(algebra, inertias[index], movable)
+        if link.parent != ROOT:
+            moved = movable.moved(link.orientation, link.neutral_position)
+            inertias[link.parent] = cleaned(algebra, inertias[link.parent] + moved)
+    links = tuple(Link(**{**vars(link), "inertia": inertia}) for link, inertia in zip(tree.links, inertias, strict=True))
+    return Tree(algebra, links, tree.mounts, tree.parameters)
+
+
+def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
+    zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
+    match link.joint.type:
+        case "revolute":
+            k = next(axis for axis in range(3) if not link.columns[0].angular[axis].is_zero)
+            first = _unit(algebra, k, inertia.first[k])
+            second = algebra.matrix([[inertia.second[k][k] if i == j == k else zero for j in range(3)] for i in range(3)])
+            return Inertia(inertia.mass, first, second)
+        case "prismatic":
+            return Inertia(zero, algebra.zero_vector, inertia.second)
+        case "spherical":
+            return Inertia(inertia.mass, algebra.zero_vector, nothing)
+        case _:
+            return Inertia(zero, algebra.zero_vector, nothing)
+
+
+def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:
+    return algebra.vector([value if i == k else algebra.zero for i in range(3)])
+
+
+def _without(algebra: Algebra, inertia: Inertia, movable: Inertia) -> Inertia:
+    return Inertia(
+        inertia.mass - movable.mass,
+        algebra.vector([x - y for x, y in zip(inertia.first, movable.first, strict=True)]),
+        algebra.matrix([[x - y for x, y in zip(*rows, strict=True)] for rows in zip(inertia.second, movable.second, strict=True)]),
+    )
+
+
+def _constant(values: tuple[Scalar, ...] | list[Scalar] | Vector | Matrix) -> bool:
+    return all(isinstance(value, Scalar) and value.constant is not None for value in values)
+
+

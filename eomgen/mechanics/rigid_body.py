@@ -1,0 +1,120 @@
+"""The virtual work of a rigid body, derived with SymPy by integrating over its mass.
+
+Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape functions (1, s)
+the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh 1994; the 4 x 4
+pseudo-inertia). Mass matrix, coupling, gravity and base-motion terms all are this one kernel with other fields (A, U).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import sympy
+
+from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    matrix_plus,
+    multiply,
+    outer,
+    plus,
+    scaled,
+    transpose,
+)
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Shape integrals of a rigid body about the origin of its frame, in its axes.
+
+    Attributes
+    ----------
+    mass : int dm, kg
+    first : (3,) int s dm, kg m
+    second : (3, 3) int s s^T dm, kg m^2; the usual inertia tensor is tr(second) I - second
+    """
+
+    mass: Scalar
+    first: Vector
+    second: Matrix
+
+    def __add__(self, other: Inertia) -> Inertia:
+        return Inertia(self.mass + other.mass, plus(self.first, other.first), matrix_plus(self.second, other.second))
+
+    def moved(self, R: Matrix, p: Vector) -> Inertia:
+        """Return the integrals about another frame in which this one has orientation R and origin p."""
+        first = apply(R, self.first)
+        return Inertia(self.mass, first, multiply(multiply(R, self.second), transpose(R))).shifted(p)
+
+    def shifted(self, p: Vector) -> Inertia:
+        """Return the integrals about a parallel frame in which this origin is at p."""
+        first = plus(self.first, scaled(self.mass, p))
+        d, e = self.first, first
+        entry = {
+            (i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)
+        }
+        rows = [tuple(entry[min(i, j), max(i, j)] for j in range(3)) for i in range(3)]
+        return Inertia(self.mass, first, (rows[0], rows[1], rows[2]))  # type: ignore[arg-type]  # three entries each
+
+
+def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
+    """Return the shape integrals from mass, centre of mass and the inertia tensor (xx, yy, zz, xy, xz, yz) about it."""
+    xx, yy, zz, xy, xz, yz = tensor
+    half_trace = (xx + yy + zz) * 0.5
+    central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])
+    first = scaled(mass, center)
+    return Inertia(mass, first, matrix_plus(central, outer(first, center)))
+
+
+@cache
+def virtual_work_kernel() -> Kernel:
+    """Derive force and moment of the inertia of a rigid body from its virtual work.
+
+    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors of dtheta and
+    dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22 (upper triangle).
+
+    Returns
+    -------
+    Kernel with results N0, N1, N2, F0, F1, F2.
+    """
+    s = sympy.Matrix(sympy.symbols("s0:3"))
+    A = sympy.Matrix(sympy.symbols("A0:3"))
+    U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
+    dx, dtheta = sympy.Matrix(sympy.symbols("dx0:3")), sympy.Matrix(sympy.symbols("dtheta0:3"))
+    field = A + U * s
+    work = sympy.Poly((field.T * (dx + dtheta.cross(s)))[0], *s, *dtheta, *dx)
+    collected: dict[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]] = {symbol: {} for symbol in (*dtheta, *dx)}
+    for powers, coefficient in work.terms():
+        shape, variation = _integral(powers[:3]), (*dtheta, *dx)[powers[3:].index(1)]
+        integrals = collected[variation]
+        integrals[shape] = integrals.get(shape, sympy.Integer(0)) + coefficient
+    results = []
+    for integrals in collected.values():
+        shapes = sorted(integrals, key=lambda symbol: symbol.name, reverse=True)
+        results.append(sympy.Add(*(shape * integrals[shape] for shape in shapes)))
+    return Kernel(tuple(results))
+
+
+def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
+    """Return the shape integral of the monomial s0^powers[0] s1^powers[1] s2^powers[2]."""
+    factors = [axis for axis, power in enumerate(powers) for _ in range(power)]
+    return sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(factors)].format(*factors))
+
+
+def wrench(algebra: Algebra, inertia: Inertia, acceleration: Vector, gradient: Matrix) -> tuple[Vector, Vector]:
+    """Return moment about the origin and force that give a body the acceleration field ``acceleration + gradient s``."""
+    values = {"m": inertia.mass}
+    for i in range(3):
+        values[f"A{i}"], values[f"d{i}"] = acceleration[i], inertia.first[i]
+        for j in range(3):
+            values[f"U{i}{j}"] = gradient[i][j]
+            values[f"S{i}{j}"] = inertia.second[i][j]
+    N0, N1, N2, F0, F1, F2 = virtual_work_kernel().instantiate(algebra, values)
+    return (N0, N1, N2), (F0, F1, F2)

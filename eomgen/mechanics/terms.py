@@ -1,0 +1,132 @@
+"""The separated terms M, h, Q (gravity), b, and inverse dynamics, from virtual work along the tree.
+
+Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T (..) with the
+Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one joint move its whole subtree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.mechanics.motion import BaseMotion, Field, base_fields, total_fields
+from eomgen.mechanics.rigid_body import Inertia, wrench
+from eomgen.mechanics.tree import ROOT, Link, Tree
+from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, plus, scaled, skew
+
+Wrench = tuple[Vector, Vector]
+
+
+def project(link: Link, load: Wrench) -> list[Scalar]:
+    """Return the virtual work of a wrench (moment about the link's origin, force) for each column of the joint."""
+    moment, force = load
+    return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
+
+
+def carry(link: Link, load: Wrench) -> Wrench:
+    """Return a wrench on a link as the wrench on its parent, in the parent's axes and about the parent's origin."""
+    moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
+    return plus(moment, cross(link.position, force)), force
+
+
+def zero_base(tree: Tree) -> BaseMotion:
+    zero = tree.algebra.zero_vector
+    return BaseMotion(zero, zero, zero, zero)
+
+
+def generalized(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Scalar]:
+    """Return the generalized forces of one wrench per link: inward recursion, projected joint by joint."""
+    total = list(loads)
+    efforts: dict[int, list[Scalar]] = {}
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
+            efforts[index] = project(link, total[index])
+            if link.parent != ROOT:
+                moment, force = carry(link, total[index])
+                total[link.parent] = (plus(total[link.parent][0], moment), plus(total[link.parent][1], force))
+    return [value for index in range(len(tree.links)) for value in efforts[index]]
+
+
+def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:
+    """Return the wrench that each link's inertia demands for its acceleration field."""
+    loads = []
+    for link, field in zip(tree.links, fields, strict=True):
+        with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
+            loads.append(wrench(tree.algebra, link.inertia, field.origin, field.gradient))
+    return loads
+
+
+def coupling(tree: Tree) -> list[Scalar]:
+    """Return h(q, v): the inertia terms quadratic in v, base at rest."""
+    fields = total_fields(tree, zero_base(tree), accelerations=False, gravity=False)
+    return generalized(tree, field_wrenches(tree, fields), "nonlinear coupling")
+
+
+def base_motion(tree: Tree, base: BaseMotion) -> list[Scalar]:
+    """Return b(q, v, t): the inertia terms that vanish when the base is at rest."""
+    return generalized(tree, field_wrenches(tree, base_fields(tree, base)), "base motion")
+
+
+def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> list[Scalar]:
+    """Return M a + h + b - Q of inertia, gravity and ``loads`` (applied wrenches by link, link axes) in one recursion."""
+    fields = total_fields(tree, base, accelerations=True, gravity=True)
+    inertial = field_wrenches(tree, fields)
+    net = [
+        load if applied is None else (plus(load[0], scaled(-1.0, applied[0])), plus(load[1], scaled(-1.0, applied[1])))
+        for load, applied in zip(inertial, loads, strict=True)
+    ]
+    efforts = generalized(tree, net, "inverse dynamics")
+    for dof, (index, k) in enumerate(tree.dof_links()):
+        link = tree.links[index]
+        efforts[dof] = efforts[dof] + link.rotor_inertia * link.accelerations[k]
+    return efforts
+
+
+def composites(tree: Tree) -> list[Inertia]:
+    """Return for each link the shape integrals of its subtree, about and in the link's frame."""
+    total = [link.inertia for link in tree.links]
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        if link.parent != ROOT:
+            with tree.algebra.tape.block(f"composite body of link {tree.links[link.parent].name}"):
+                first = link.rotation.rotate(total[index].first)
+                turned = Inertia(total[index].mass, first, link.rotation.congruence(total[index].second))
+                total[link.parent] = total[link.parent] + turned.shifted(link.position)
+    return total
+
+
+def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[list[Scalar]]:
+    """Return the full symmetric M(q), structural zeros included."""
+    algebra = tree.algebra
+    bodies = composites(tree) if bodies is None else bodies
+    M = [[algebra.zero] * tree.nv for _ in range(tree.nv)]
+    for index, link in enumerate(tree.links):
+        with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
+            for k, column in enumerate(link.columns):
+                dof = link.factor.v_start + k
+                load = wrench(algebra, bodies[index], column.linear, skew(column.angular))
+                own = project(link, load)
+                for other in range(k + 1):
+                    M[link.factor.v_start + other][dof] = M[dof][link.factor.v_start + other] = own[other]
+                M[dof][dof] = M[dof][dof] + link.rotor_inertia
+                below = index
+                while tree.links[below].parent != ROOT:
+                    load = carry(tree.links[below], load)
+                    below = tree.links[below].parent
+                    above = tree.links[below]
+                    for other, value in enumerate(project(above, load)):
+                        M[above.factor.v_start + other][dof] = M[dof][above.factor.v_start + other] = value
+    return M
+
+
+def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:
+    """Return the generalized force of gravity (base axes): that of each subtree's weight, acting at its centre of mass."""
+    bodies = composites(tree) if bodies is None else bodies
+    downs: list[Vector] = []
+    efforts: list[Scalar] = []
+    for index, link in enumerate(tree.links):
+        with tree.algebra.tape.block(f"weight carried by joint {link.joint.name}"):
+            down = link.rotation.rotate_back(gravity if link.parent == ROOT else downs[link.parent])
+            downs.append(down)
+            efforts += project(link, (cross(bodies[index].first, down), scaled(bodies[index].mass, down)))
+    return efforts

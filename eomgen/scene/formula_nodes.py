@@ -1,0 +1,54 @@
+"""The parsed form of a user's formula: a small closed set of nodes, data only.
+
+Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``formula.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Number:
+    """A literal."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A name: ``t``, a parameter, an input, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
+
+    Attributes
+    ----------
+    kind : str
+        ``time``, ``parameter``, ``input``, ``q``, ``v``, ``a``, ``position``, ``velocity``, ``acceleration``,
+        ``length``, ``rate`` or ``tension``.
+    name : str
+        Name of the parameter, input, joint, point or spring; empty for time.
+    index : int
+        Component, 0 where there is only one.
+    """
+
+    kind: str
+    name: str = ""
+    index: int = 0
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operator or function applied to arguments.
+
+    Attributes
+    ----------
+    name : str
+        ``add sub mul div pow neg``, ``lt le`` (1.0 or 0.0), ``select`` (condition, then, otherwise), or a function:
+        ``sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max``.
+    arguments : tuple of Formula
+    """
+
+    name: str
+    arguments: tuple[Formula, ...]
+
+
+Formula = Number | Symbol | Operation

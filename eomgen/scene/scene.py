@@ -1,0 +1,230 @@
+"""The Scene: what the user described, checked and in SI units, ready for mechanics.
+
+All vectors are tuples of formulas; a plain number is a ``Number``. Where a field may hold a formula, its comment says of what.
+Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is the world when
+``Scene.base`` is None). A body's frame coincides with its joint's frame at q = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from eomgen.scene.formula_nodes import Formula, Number
+
+Vector = tuple[Formula, Formula, Formula]
+ZERO_VECTOR: Vector = (Number(0.0), Number(0.0), Number(0.0))
+BASE = "base"
+TERMS = (
+    "mass",
+    "coupling",
+    "base_motion",
+    "force",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "rates",
+    "linearization",
+    "energy",
+    "outputs",
+)
+JointType = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number. Tunable ones are arguments of every call; the others are folded into the code."""
+
+    name: str
+    value: float
+    tunable: bool = False
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Input:
+    """A named input u_k; ``formula`` (of t and parameters) is what the driver hands in unless told otherwise."""
+
+    name: str
+    formula: Formula | None = None
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Rotation by ``angle`` about a unit ``axis``; lists of these are intrinsic, in order."""
+
+    axis: tuple[float, float, float]
+    angle: Formula
+
+
+@dataclass(frozen=True)
+class Base:
+    """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters."""
+
+    position: Vector = ZERO_VECTOR
+    rotations: tuple[Rotation, ...] = ()
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries."""
+
+    name: str
+    mass: Formula
+    center_of_mass: Vector
+    inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint, with the child's frame at ``position`` and ``orientation`` in the parent's frame when q is neutral.
+
+    Attributes
+    ----------
+    axis : (3,) unit vector in the child's (= joint's) frame; revolute and prismatic only.
+    orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
+    stiffness, damping : formulas of parameters; effort -stiffness (q - rest) - damping v. On R^1 joints only.
+    rotor_inertia : formula of parameters, added to the joint's diagonal of M.
+    initial_position : neutral-relative q: 1 number; spherical: quaternion (4); free: quaternion and position (7); fixed: ().
+    initial_velocity : 1, 3, 6 or 0 numbers; angular first, body axes.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    position: Vector = ZERO_VECTOR
+    orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    stiffness: Formula = Number(0.0)
+    damping: Formula = Number(0.0)
+    rest: Formula = Number(0.0)
+    rotor_inertia: Formula = Number(0.0)
+    initial_position: tuple[float, ...] = ()
+    initial_velocity: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed in a body (or in the base), coordinates in that frame, formulas of parameters."""
+
+    name: str
+    body: str
+    position: Vector
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Spring-damper along the line between two points: tension = stiffness (l - length) + damping l' + force.
+
+    ``force`` is a formula of everything (an actuator in parallel), a tension: positive pulls the points together.
+    Stiffness, damping and free length are formulas of parameters.
+    """
+
+    name: str
+    first: str
+    second: str
+    stiffness: Formula
+    damping: Formula
+    length: Formula
+    force: Formula = Number(0.0)
+
+
+@dataclass(frozen=True)
+class TorsionSpring:
+    """Torsional spring-damper between two revolute coordinates (or one and its rest angle, ``second`` empty).
+
+    Effort on ``first``: -(stiffness (q1 - q2 - rest) + damping (v1 - v2)), opposite on ``second``.
+    """
+
+    name: str
+    first: str
+    second: str
+    stiffness: Formula
+    damping: Formula
+    rest: Formula
+
+
+@dataclass(frozen=True)
+class Force:
+    """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes."""
+
+    name: str
+    body: str
+    point: Vector  # body frame, formulas of parameters
+    force: Vector
+    torque: Vector
+    axes: Literal["world", "body"] = "world"
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Generalized force on one component of a joint, a formula of everything but accelerations."""
+
+    name: str
+    joint: str
+    effort: Formula
+    index: int = 0
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named output: ``values`` are formulas of everything (positions, accelerations and energies included).
+
+    Named energies are the symbols of kind ``energy`` names: see ``kind`` "energy" with name kinetic, potential, total,
+    base_power or power.
+    """
+
+    name: str
+    values: tuple[Formula, ...]
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What ``simulate`` does when the caller does not say otherwise."""
+
+    method: str = "generalized_alpha"
+    step: float = 1e-3
+    duration: float = 10.0
+    rho_inf: float = 0.8
+    record_every: int = 1
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A checked scene. Bodies and joints are in an order in which every parent comes before its children.
+
+    Attributes
+    ----------
+    bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
+    terms : the terms the scene asks for; empty means all that its users may need.
+    source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
+    content : bytes that determine the scene (canonical JSON of its data), for the cache key and for golden files.
+    notes : what an importer converted, merged, snapped or left out; one sentence each.
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    gravity: tuple[Formula, Formula, Formula] = (Number(0.0), Number(0.0), Number(-9.81))
+    description: str = ""
+    parameters: tuple[Parameter, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    base: Base | None = None
+    points: tuple[Point, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    torsion_springs: tuple[TorsionSpring, ...] = ()
+    forces: tuple[Force, ...] = ()
+    efforts: tuple[Effort, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    simulation: Simulation = Simulation()
+    terms: tuple[str, ...] = ()
+    source: Mapping[str, str] = field(default_factory=dict)
+    content: bytes = b""
+    notes: tuple[str, ...] = ()
+    metadata: Mapping[str, Any] = field(default_factory=dict)

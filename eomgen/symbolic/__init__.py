@@ -1,0 +1,1 @@
+"""Kernels, the tape, and calculus on tapes. Knows no mechanics."""

@@ -1,0 +1,161 @@
+"""Scalars of a tape with operators, and the small vectors and matrices that mechanics is written in.
+
+Vectors are tuples of three scalars, matrices tuples of three rows. Everything folds on the tape: multiplying by a zero or a one,
+or rotating by a right angle, costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.symbolic.tape import ONE, ZERO, Op, Ref, Tape
+
+Number = float | int
+
+
+class Scalar:
+    """A reference together with its tape."""
+
+    __slots__ = ("ref", "tape")
+
+    def __init__(self, tape: Tape, ref: Ref) -> None:
+        self.tape = tape
+        self.ref = ref
+
+    def _of(self, other: Scalar | Number) -> Ref:
+        return other.ref if isinstance(other, Scalar) else self.tape.constant(other)
+
+    def __add__(self, other: Scalar | Number) -> Scalar:
+        return Scalar(self.tape, self.tape.add(self.ref, self._of(other)))
+
+    def __radd__(self, other: Number) -> Scalar:
+        return self + other
+
+    def __sub__(self, other: Scalar | Number) -> Scalar:
+        return Scalar(self.tape, self.tape.sub(self.ref, self._of(other)))
+
+    def __rsub__(self, other: Number) -> Scalar:
+        return -self + other
+
+    def __mul__(self, other: Scalar | Number) -> Scalar:
+        return Scalar(self.tape, self.tape.mul(self.ref, self._of(other)))
+
+    def __rmul__(self, other: Number) -> Scalar:
+        return self * other
+
+    def __truediv__(self, other: Scalar | Number) -> Scalar:
+        return Scalar(self.tape, self.tape.div(self.ref, self._of(other)))
+
+    def __neg__(self) -> Scalar:
+        return self if self.ref == ZERO else Scalar(self.tape, -self.ref)
+
+    def __repr__(self) -> str:
+        number = self.constant
+        return f"Scalar({self.ref})" if number is None else f"Scalar({number!r})"
+
+    @property
+    def constant(self) -> float | None:
+        """The number behind it, None unless it is a constant."""
+        return self.tape.value(self.ref)
+
+    @property
+    def is_zero(self) -> bool:
+        return self.ref == ZERO
+
+
+Vector = tuple[Scalar, Scalar, Scalar]
+Matrix = tuple[Vector, Vector, Vector]
+
+
+class Algebra:
+    """Makes scalars and applies functions on one tape."""
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+        self.zero = Scalar(tape, ZERO)
+        self.one = Scalar(tape, ONE)
+        self.zero_vector: Vector = (self.zero, self.zero, self.zero)
+        self.identity: Matrix = (
+            (self.one, self.zero, self.zero),
+            (self.zero, self.one, self.zero),
+            (self.zero, self.zero, self.one),
+        )
+
+    def scalar(self, value: Scalar | Number) -> Scalar:
+        return value if isinstance(value, Scalar) else Scalar(self.tape, self.tape.constant(value))
+
+    def vector(self, values: Sequence[Scalar | Number]) -> Vector:
+        x, y, z = (self.scalar(value) for value in values)
+        return (x, y, z)
+
+    def matrix(self, rows: Sequence[Sequence[Scalar | Number]]) -> Matrix:
+        x, y, z = (self.vector(row) for row in rows)
+        return (x, y, z)
+
+    def block(self, name: str, size: int) -> list[Scalar]:
+        """Return the components of an input block."""
+        return [Scalar(self.tape, self.tape.input(name, index)) for index in range(size)]
+
+    def call(self, op: Op, x: Scalar, y: Scalar | None = None) -> Scalar:
+        return Scalar(self.tape, self.tape.call(op, x.ref, y.ref if y is not None else 0))
+
+    def select(self, condition: Scalar, then: Scalar, otherwise: Scalar) -> Scalar:
+        return Scalar(self.tape, self.tape.select(condition.ref, then.ref, otherwise.ref))
+
+
+def plus(x: Vector, y: Vector) -> Vector:
+    return (x[0] + y[0], x[1] + y[1], x[2] + y[2])
+
+
+def minus(x: Vector, y: Vector) -> Vector:
+    return (x[0] - y[0], x[1] - y[1], x[2] - y[2])
+
+
+def negative(x: Vector) -> Vector:
+    return (-x[0], -x[1], -x[2])
+
+
+def scaled(factor: Scalar | Number, x: Vector) -> Vector:
+    return (x[0] * factor, x[1] * factor, x[2] * factor)
+
+
+def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
+    total = x[0] * y[0]
+    for first, second in zip(x[1:], y[1:], strict=True):
+        total = total + first * second
+    return total
+
+
+def cross(x: Vector, y: Vector) -> Vector:
+    return (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+
+
+def apply(A: Matrix, x: Vector) -> Vector:
+    """Return A x."""
+    return (dot(A[0], x), dot(A[1], x), dot(A[2], x))
+
+
+def transpose(A: Matrix) -> Matrix:
+    return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
+
+
+def multiply(A: Matrix, B: Matrix) -> Matrix:
+    """Return A B."""
+    columns = transpose(B)
+    rows = [(dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])) for row in A]
+    return (rows[0], rows[1], rows[2])
+
+
+def matrix_plus(A: Matrix, B: Matrix) -> Matrix:
+    return (plus(A[0], B[0]), plus(A[1], B[1]), plus(A[2], B[2]))
+
+
+def skew(x: Vector) -> Matrix:
+    """Return the matrix of the cross product with x."""
+    zero = Scalar(x[0].tape, ZERO)
+    return ((zero, -x[2], x[1]), (x[2], zero, -x[0]), (-x[1], x[0], zero))
+
+
+def outer(x: Vector, y: Vector) -> Matrix:
+    """Return x y^T."""
+    return (scaled(x[0], y), scaled(x[1], y), scaled(x[2], y))

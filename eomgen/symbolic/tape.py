@@ -1,0 +1,383 @@
+"""The tape: an append-only, hash-consed list of operations that every equation is composed on.
+
+A *reference* is a nonzero integer: ``n`` is node n, ``-n`` its negative. Negation therefore costs nothing, commutes
+through products by itself, and reaches the C code only where a sum or an output absorbs it. Rules are local (0, 1, sign,
+constant folding, order of commutative operands), so building is linear in the number of operations and deterministic.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import IntEnum, auto
+
+Ref = int
+ZERO: Ref = 1
+ONE: Ref = 2
+
+
+class Op(IntEnum):
+    """Operation codes. ``LT`` and ``LE`` give 1.0 or 0.0; ``SELECT`` takes condition, then, otherwise."""
+
+    CONST = auto()
+    INPUT = auto()
+    ADD = auto()
+    SUB = auto()
+    MUL = auto()
+    DIV = auto()
+    SQRT = auto()
+    SIN = auto()
+    COS = auto()
+    TAN = auto()
+    ASIN = auto()
+    ACOS = auto()
+    ATAN = auto()
+    ATAN2 = auto()
+    SINH = auto()
+    COSH = auto()
+    TANH = auto()
+    EXP = auto()
+    LOG = auto()
+    POW = auto()
+    ABS = auto()
+    SIGN = auto()
+    MIN = auto()
+    MAX = auto()
+    LT = auto()
+    LE = auto()
+    SELECT = auto()
+    MAP = auto()  # operand a: number of the Map on this tape, operand b: number of its result
+
+
+ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
+EVEN = frozenset({Op.COS, Op.COSH, Op.ABS})
+UNARY = frozenset(
+    {Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN, Op.SINH, Op.COSH, Op.TANH, Op.EXP, Op.LOG, Op.ABS, Op.SIGN}
+)
+LEAVES = frozenset({Op.CONST, Op.INPUT})
+
+_FOLD = {
+    Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
+    Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp, Op.LOG: math.log,
+    Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class InputSymbol:
+    """An input node: component ``index`` of the named block (``q``, ``v``, ``t``, ``p``, ``u``, ``base``...)."""
+
+    block: str
+    index: int
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Exact numbers of operations. ``flops`` is additions plus multiplications, the figure the literature prints."""
+
+    additions: int = 0
+    multiplications: int = 0
+    divisions: int = 0
+    functions: int = 0
+    selections: int = 0
+    statements: int = 0
+
+    @property
+    def flops(self) -> int:
+        return self.additions + self.multiplications
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.additions + other.additions, self.multiplications + other.multiplications, self.divisions + other.divisions,
+            self.functions + other.functions, self.selections + other.selections, self.statements + other.statements,
+        )  # fmt: skip
+
+
+@dataclass
+class Tape:
+    """An append-only list of nodes.
+
+    Attributes
+    ----------
+    op, a, b, c : lists, one entry per node (index 0 is unused)
+        Operation code and operand references; for CONST ``a`` indexes ``constants``, for INPUT ``inputs``.
+    blocks : list of (first node, label)
+        What the nodes from here on mean physically; becomes comments in the C.
+    maps : list of Map
+        Loops over identical elements (see ``map.py``).
+    """
+
+    op: list[Op] = field(default_factory=list)
+    a: list[int] = field(default_factory=list)
+    b: list[int] = field(default_factory=list)
+    c: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    inputs: list[InputSymbol] = field(default_factory=list)
+    blocks: list[tuple[int, str]] = field(default_factory=list)
+    maps: list[object] = field(default_factory=list)
+    _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
+    _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
+    _input_ids: dict[InputSymbol, int] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        self._append(Op.CONST, 0, 0, 0)  # index 0 stays unused, so that a sign can be carried by the reference
+        self.constants.append(math.nan)
+        self.constant(0.0)
+        self.constant(1.0)
+
+    # -- leaves ---------------------------------------------------------------------------------------------------
+
+    def constant(self, value: float) -> Ref:
+        """Return the reference of a constant. Raises ValueError unless it is finite."""
+        if not math.isfinite(value):
+            raise ValueError(f"a constant of a tape must be finite, not {value}")
+        magnitude = abs(float(value))
+        node = self._constant_ids.get(magnitude)
+        if node is None:
+            node = self._append(Op.CONST, len(self.constants), 0, 0)
+            self.constants.append(magnitude)
+            self._constant_ids[magnitude] = node
+        return -node if value < 0 else node
+
+    def input(self, block: str, index: int = 0) -> Ref:
+        """Return the reference of component ``index`` of an input block."""
+        symbol = InputSymbol(block, index)
+        node = self._input_ids.get(symbol)
+        if node is None:
+            node = self._append(Op.INPUT, len(self.inputs), 0, 0)
+            self.inputs.append(symbol)
+            self._input_ids[symbol] = node
+        return node
+
+    def value(self, ref: Ref) -> float | None:
+        """Return the number behind a reference, or None if it is not a constant."""
+        node = abs(ref)
+        if self.op[node] is not Op.CONST:
+            return None
+        magnitude = self.constants[self.a[node]]
+        return -magnitude if ref < 0 else magnitude
+
+    def symbol(self, ref: Ref) -> InputSymbol | None:
+        """Return the input behind a reference, or None."""
+        node = abs(ref)
+        return self.inputs[self.a[node]] if self.op[node] is Op.INPUT else None
+
+    # -- arithmetic -----------------------------------------------------------------------------------------------
+
+    def add(self, x: Ref, y: Ref) -> Ref:
+        if x == ZERO:
+            return y
+        if y == ZERO:
+            return x
+        if x == -y:
+            return ZERO
+        if x == y:
+            return self.mul(self.constant(2.0), x)
+        if self.op[abs(x)] is Op.CONST and self.op[abs(y)] is Op.CONST:
+            return self.constant(self._number(x) + self._number(y))
+        first, second = (x, y) if abs(x) < abs(y) else (y, x)
+        if first > 0:
+            return self._node(Op.ADD, first, second) if second > 0 else self._node(Op.SUB, first, -second)
+        return -self._node(Op.ADD, -first, -second) if second < 0 else -self._node(Op.SUB, -first, second)
+
+    def sub(self, x: Ref, y: Ref) -> Ref:
+        return self.add(x, -y) if y != ZERO else x
+
+    def mul(self, x: Ref, y: Ref) -> Ref:
+        if x < 0 and y < 0:
+            x, y = -x, -y
+        elif x < 0:
+            return self._negative(self.mul(-x, y))
+        elif y < 0:
+            return self._negative(self.mul(x, -y))
+        if x == ZERO or y == ZERO:
+            return ZERO
+        if x == ONE:
+            return y
+        if y == ONE:
+            return x
+        op_x, op_y = self.op[x], self.op[y]
+        if op_x is Op.CONST and op_y is Op.CONST:
+            return self.constant(self._number(x) * self._number(y))
+        if op_y is Op.CONST:
+            x, y, op_x, op_y = y, x, op_y, op_x
+        if op_x is Op.CONST and op_y is Op.MUL and self.op[self.a[y]] is Op.CONST:
+            return self.mul(self.constant(self._number(x) * self._number(self.a[y])), self.b[y])
+        if op_x is Op.CONST:
+            return self._node(Op.MUL, x, y)
+        return self._node(Op.MUL, x, y) if x < y else self._node(Op.MUL, y, x)
+
+    def div(self, x: Ref, y: Ref) -> Ref:
+        """Return x / y. Raises ZeroDivisionError when y is the constant 0."""
+        if y == ZERO:
+            raise ZeroDivisionError("division by a value that is zero by structure")
+        if y < 0:
+            return self._negative(self.div(x, -y))
+        if x < 0:
+            return self._negative(self.div(-x, y))
+        if x == ZERO or y == ONE:
+            return x
+        if x == y:
+            return ONE
+        if self.op[y] is Op.CONST:
+            if self.op[x] is Op.CONST:
+                return self.constant(self._number(x) / self._number(y))
+            return self.mul(self.constant(1.0 / self._number(y)), x)
+        return self._node(Op.DIV, x, y)
+
+    def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
+        """Apply a function of one or two arguments. Raises ValueError where a constant argument is outside its domain."""
+        if op in UNARY:
+            number = self.value(x)
+            if number is not None:
+                return self.constant(_FOLD[op](number))
+            if x < 0 and op in ODD:
+                return -self._node(op, -x)
+            return self._node(op, abs(x) if op in EVEN else x)
+        if op is Op.POW:
+            return self._power(x, y)
+        first, second = self.value(x), self.value(y)
+        if first is not None and second is not None:
+            folded = {
+                Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max, Op.LT: lambda p, q: float(p < q), Op.LE: lambda p, q: float(p <= q),
+            }[op](first, second)  # fmt: skip
+            return self.constant(folded)
+        if op in (Op.MIN, Op.MAX):
+            if x == y:
+                return x
+            x, y = (x, y) if x < y else (y, x)
+        return self._node(op, x, y)
+
+    def select(self, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
+        """Return ``then`` where the condition is not zero, ``otherwise`` elsewhere; both are always evaluated."""
+        if then == otherwise:
+            return then
+        number = self.value(condition)
+        if number is not None:
+            return then if number != 0.0 else otherwise
+        return self._node(Op.SELECT, condition, then, otherwise)
+
+    def map_result(self, map_number: int, result: int) -> Ref:
+        """Return the reference of one scalar result of a Map that is on this tape."""
+        return self._node(Op.MAP, map_number, result)
+
+    def power(self, x: Ref, exponent: int) -> Ref:
+        """Return x to an integer exponent by repeated squaring."""
+        if exponent < 0:
+            return self.div(ONE, self.power(x, -exponent))
+        result, square = ONE, x
+        while exponent:
+            if exponent & 1:
+                result = self.mul(result, square)
+            exponent >>= 1
+            if exponent:
+                square = self.mul(square, square)
+        return result
+
+    def _power(self, x: Ref, y: Ref) -> Ref:
+        base, exponent = self.value(x), self.value(y)
+        if exponent is not None:
+            if exponent == int(exponent) and abs(exponent) <= 64:
+                return self.power(x, int(exponent))
+            if exponent == 0.5:
+                return self.call(Op.SQRT, x)
+            if base is not None:
+                return self.constant(math.pow(base, exponent))
+        return self._node(Op.POW, x, y)
+
+    # -- structure ------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def block(self, label: str) -> Iterator[None]:
+        """Name the physical meaning of the operations recorded inside."""
+        previous = self.blocks[-1][1] if self.blocks else ""
+        self.blocks.append((len(self.op), label))
+        yield
+        self.blocks.append((len(self.op), previous))
+
+    def operands(self, node: int) -> tuple[int, ...]:
+        """Return the operand references of a node; leaves have none, Map results those their Map gathers."""
+        op = self.op[node]
+        if op in LEAVES:
+            return ()
+        if op is Op.SELECT:
+            return (self.a[node], self.b[node], self.c[node])
+        if op is Op.MAP:
+            return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]  # maps hold Map, which knows Tape
+        if op in UNARY:
+            return (self.a[node],)
+        return (self.a[node], self.b[node])
+
+    def live(self, outputs: Iterable[Ref]) -> list[int]:
+        """Return the nodes that the outputs need, in evaluation order (ascending)."""
+        needed = bytearray(len(self.op))
+        stack = [abs(ref) for ref in outputs]
+        while stack:
+            node = stack.pop()
+            if not needed[node]:
+                needed[node] = 1
+                stack += [abs(ref) for ref in self.operands(node)]
+        return [node for node in range(1, len(self.op)) if needed[node]]
+
+    def depends_on(self, outputs: Iterable[Ref]) -> set[InputSymbol]:
+        """Return the input symbols that the outputs depend on by structure."""
+        return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is Op.INPUT}
+
+    def counts(self, outputs: Iterable[Ref]) -> Counts:
+        """Count the operations that the outputs need. A Map counts its kernel once per element."""
+        total = Counts()
+        tally = dict.fromkeys(Op, 0)
+        seen_maps: set[int] = set()
+        for node in self.live(outputs):
+            op = self.op[node]
+            if op is Op.MAP:
+                if self.a[node] not in seen_maps:
+                    seen_maps.add(self.a[node])
+                    total = total + self.maps[self.a[node]].counts()  # type: ignore[attr-defined]
+                continue
+            tally[op] += 1
+        functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2]
+        selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[Op.SELECT]
+        statements = sum(count for op, count in tally.items() if op not in LEAVES)
+        return total + Counts(tally[Op.ADD] + tally[Op.SUB], tally[Op.MUL], tally[Op.DIV], functions, selections, statements)
+
+    def label(self, node: int) -> str:
+        """Return the physical meaning under which a node was recorded."""
+        from bisect import bisect_right  # noqa: PLC0415  # used by rendering only
+
+        position = bisect_right(self.blocks, (node, "\U0010ffff")) - 1
+        return self.blocks[position][1] if position >= 0 else ""
+
+    # -- internals ------------------------------------------------------------------------------------------------
+
+    def _number(self, ref: Ref) -> float:
+        magnitude = self.constants[self.a[abs(ref)]]
+        return -magnitude if ref < 0 else magnitude
+
+    def _negative(self, ref: Ref) -> Ref:
+        return ref if ref == ZERO else -ref
+
+    def _append(self, op: Op, a: int, b: int, c: int) -> int:
+        self.op.append(op)
+        self.a.append(a)
+        self.b.append(b)
+        self.c.append(c)
+        return len(self.op) - 1
+
+    def _node(self, op: Op, a: int, b: int = 0, c: int = 0) -> int:
+        key = (op, a, b, c)
+        node = self._known.get(key)
+        if node is None:
+            node = self._append(op, a, b, c)
+            self._known[key] = node
+        return node
+
+
+def dot(tape: Tape, x: Sequence[Ref], y: Sequence[Ref]) -> Ref:
+    """Return the inner product of two sequences of references."""
+    total = ZERO
+    for first, second in zip(x, y, strict=True):
+        total = tape.add(total, tape.mul(first, second))
+    return total

@@ -1,0 +1,165 @@
+"""System: the contract between mechanics and everything behind it.
+
+    M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u),   qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
+
+A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual comes
+first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from eomgen.symbolic.tape import Counts, Ref, Tape
+
+if TYPE_CHECKING:
+    import sympy
+
+#: Input blocks in the order in which every function takes them.
+INPUT_BLOCKS = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
+
+#: Fields of the base struct: name, number of components, meaning. Twists are in base axes, angular first.
+BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
+    ("quaternion", 4, "orientation of the base (w, x, y, z), base axes to world axes"),
+    ("position", 3, "origin of the base in world axes, m"),
+    ("omega", 3, "angular velocity in base axes, rad/s"),
+    ("velocity", 3, "velocity of the origin in base axes, m/s"),
+    ("omega_dot", 3, "time derivative of omega, rad/s^2"),
+    ("velocity_dot", 3, "time derivative of the components of velocity, m/s^2"),
+)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7, 6)."""
+
+    group: str
+    name: str
+    q_start: int
+    q_size: int
+    v_start: int
+    v_size: int
+
+
+@dataclass(frozen=True)
+class Block:
+    """One named output of a function, its references row by row."""
+
+    name: str
+    shape: tuple[int, ...]
+    refs: tuple[Ref, ...]
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A named function of the System: which input blocks it takes (ordered as INPUT_BLOCKS) and what it gives."""
+
+    name: str
+    description: str
+    inputs: tuple[str, ...]
+    outputs: tuple[Block, ...]
+
+    @property
+    def refs(self) -> tuple[Ref, ...]:
+        return tuple(ref for block in self.outputs for ref in block.refs)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named number of the interface: a tunable parameter (value = default), an input or an output component group."""
+
+    name: str
+    value: float = 0.0
+    size: int = 1
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What methods may rely on; checked before any C exists."""
+
+    constant_mass: bool
+    velocity_forces: bool
+    smooth: bool
+    moving_base: bool
+    constraints: bool = False
+    internal_states: bool = False
+
+
+@dataclass(frozen=True)
+class System:
+    """Symbolic equations of motion on one tape.
+
+    Attributes
+    ----------
+    name : str
+        A legal C identifier; prefix of every exported symbol.
+    factors : tuple of Factor
+        The configuration, a product of groups.
+    functions : mapping from name to Function
+        ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
+    dof_parent : (nv,) tuple
+        For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
+    guards : tuple of Ref
+        Functions whose sign changes are events; ``modes`` are integers held constant within a step.
+    discontinuity_times : tuple of float
+        Known times at which the right-hand side is not smooth.
+    kept, dropped : tuples of str
+        What the scene made necessary, and what it did not.
+    """
+
+    name: str
+    tape: Tape
+    factors: tuple[Factor, ...]
+    functions: Mapping[str, Function]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
+    bodies: tuple[str, ...]
+    initial_q: tuple[float, ...]
+    initial_v: tuple[float, ...]
+    dof_parent: tuple[int, ...]
+    facts: Facts
+    initial_z: tuple[float, ...] = ()
+    multipliers: tuple[str, ...] = ()
+    guards: tuple[Ref, ...] = ()
+    modes: tuple[str, ...] = ()
+    discontinuity_times: tuple[float, ...] = ()
+    kept: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    description: str = ""
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def nq(self) -> int:
+        return sum(factor.q_size for factor in self.factors)
+
+    @property
+    def nv(self) -> int:
+        return sum(factor.v_size for factor in self.factors)
+
+    @property
+    def nu(self) -> int:
+        return len(self.inputs)
+
+    @property
+    def nz(self) -> int:
+        return len(self.initial_z)
+
+    @cached_property
+    def counts(self) -> dict[str, Counts]:
+        """Exact operation counts, function by function."""
+        return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
+
+    def sympy(self, term: str, *, named: bool | None = None) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
+        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading.to_sympy``."""
+        from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
+
+        function = self.functions[term]
+        return block_to_sympy(self.tape, function.outputs[0].refs, function.outputs[0].shape, named=named)
