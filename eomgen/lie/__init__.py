@@ -1,0 +1,1 @@
+"""Lie groups of the configuration, each defined once and used by NumPy, by the tape and by the C steppers."""

@@ -1,0 +1,80 @@
+"""The groups on NumPy arrays, one element or a batch of them: the last axis (the last two for matrices) holds the components."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.lie.algebra import NumpyAlgebra
+from eomgen.lie.groups import Group, Rows
+
+Array = NDArray[Any]
+_ALGEBRA = NumpyAlgebra()
+
+
+def exp(group: Group, theta: Array) -> Array:
+    """Return exp of increments (..., v_size) as elements (..., q_size)."""
+    return _join(group.exp(_ALGEBRA, _split(theta)))
+
+
+def log(group: Group, q: Array) -> Array:
+    """Return increments (..., v_size) with rotation angles of at most pi, whose exp is q up to the quaternion's sign."""
+    return _join(group.log(_ALGEBRA, _split(q)))
+
+
+def compose(group: Group, first: Array, second: Array) -> Array:
+    """Return first * second, (..., q_size)."""
+    return _join(group.compose(_split(first), _split(second)))
+
+
+def inverse(group: Group, q: Array) -> Array:
+    """Return q^-1, (..., q_size)."""
+    return _join(group.inverse(_split(q)))
+
+
+def adjoint(group: Group, q: Array) -> Array:
+    """Return Ad(q), (..., v_size, v_size)."""
+    return _matrix(group.adjoint(_split(q)))
+
+
+def bracket_matrix(group: Group, v: Array) -> Array:
+    """Return ad(v), (..., v_size, v_size), with ad(v) w = [v, w]."""
+    return _matrix(group.bracket_matrix(_split(v)))
+
+
+def tangent(group: Group, theta: Array) -> Array:
+    """Return T(theta), (..., v_size, v_size)."""
+    return _matrix(group.tangent(_ALGEBRA, _split(theta)))
+
+
+def tangent_inverse(group: Group, theta: Array) -> Array:
+    """Return T(theta)^-1, (..., v_size, v_size), for rotation angles below 2 pi."""
+    return _matrix(group.tangent_inverse(_ALGEBRA, _split(theta)))
+
+
+def renormalized(group: Group, q: Array) -> Array:
+    """Return q with its quaternion scaled back to unit length, its sign kept."""
+    if not group.quaternion:
+        return q
+    result = np.array(q)
+    result[..., :4] /= np.sqrt(np.sum(q[..., :4] ** 2, axis=-1, keepdims=True))
+    return result
+
+
+def _split(x: Array) -> list[Array]:
+    array = np.asarray(x)
+    if not np.issubdtype(array.dtype, np.inexact):
+        array = array.astype(float)
+    return [array[..., index] for index in range(array.shape[-1])]
+
+
+def _join(values: Sequence[Any]) -> Array:
+    return np.stack(np.broadcast_arrays(*values), axis=-1) if values else np.zeros(0)
+
+
+def _matrix(rows: Rows) -> Array:
+    entries = np.broadcast_arrays(*(entry for row in rows for entry in row))
+    return np.stack(entries, axis=-1).reshape(*entries[0].shape, len(rows), len(rows))

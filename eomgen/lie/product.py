@@ -1,0 +1,69 @@
+"""The configuration: a product of groups, factor by factor, on flat vectors q and v."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.lie import numeric
+from eomgen.lie.groups import group_named
+
+Array = NDArray[Any]
+
+
+class FactorLike(Protocol):
+    """What a factor of the configuration says about itself (``system.Factor`` does)."""
+
+    @property
+    def group(self) -> str: ...
+    @property
+    def q_start(self) -> int: ...
+    @property
+    def q_size(self) -> int: ...
+    @property
+    def v_start(self) -> int: ...
+    @property
+    def v_size(self) -> int: ...
+
+
+def update(factors: Sequence[FactorLike], q: Array, theta: Array) -> Array:
+    """Return q * exp(theta), quaternions scaled back to unit length; q is (..., nq), theta (..., nv)."""
+    result = np.array(q, dtype=np.result_type(q, theta, float))
+    for factor in factors:
+        group = group_named(factor.group, factor.v_size)
+        part = slice(factor.q_start, factor.q_start + factor.q_size)
+        increment = numeric.exp(group, theta[..., factor.v_start : factor.v_start + factor.v_size])
+        result[..., part] = numeric.renormalized(group, numeric.compose(group, q[..., part], increment))
+    return result
+
+
+def difference(factors: Sequence[FactorLike], first: Array, second: Array) -> Array:
+    """Return log(first^-1 * second), (..., nv): the increment that leads from first to second."""
+    parts = []
+    for factor in factors:
+        group = group_named(factor.group, factor.v_size)
+        part = slice(factor.q_start, factor.q_start + factor.q_size)
+        parts.append(numeric.log(group, numeric.compose(group, numeric.inverse(group, first[..., part]), second[..., part])))
+    return np.concatenate(parts, axis=-1)
+
+
+def tangent(factors: Sequence[FactorLike], theta: Array) -> Array:
+    """Return the block diagonal T(theta), (..., nv, nv)."""
+    return _block_diagonal(factors, theta, numeric.tangent)
+
+
+def bracket_matrix(factors: Sequence[FactorLike], v: Array) -> Array:
+    """Return the block diagonal ad(v), (..., nv, nv)."""
+    return _block_diagonal(factors, v, numeric.bracket_matrix)
+
+
+def _block_diagonal(factors: Sequence[FactorLike], x: Array, of_group: Any) -> Array:
+    size = x.shape[-1]
+    result = np.zeros((*x.shape, size), dtype=np.result_type(x, float))
+    for factor in factors:
+        part = slice(factor.v_start, factor.v_start + factor.v_size)
+        result[..., part, part] = of_group(group_named(factor.group, factor.v_size), x[..., part])
+    return result
