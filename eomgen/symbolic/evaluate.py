@@ -1,0 +1,211 @@
+"""The value of a tape: run it over NumPy arrays, or over mpmath numbers, without generating any code.
+
+Both are oracles: NumPy for batches and complex step (Squire and Trapp 1998), mpmath for fifty digits.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.symbolic.tape import InputSymbol, Op, Ref, Tape
+
+if TYPE_CHECKING:
+    from eomgen.symbolic.map import Map
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """What the operations of a tape mean for one kind of number: a rule per Op, and how a constant is made."""
+
+    rules: Mapping[Op, Callable[..., Any]]
+    constant: Callable[[float], Any]
+
+
+def run(tape: Tape, refs: Iterable[Ref], leaf: Callable[[InputSymbol], Any], arithmetic: Arithmetic) -> list[Any]:
+    """Return the values of references for any kind of number; ``leaf`` gives the value of an input symbol.
+
+    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element.
+    """
+    refs = list(refs)
+    values: dict[int, Any] = {}
+    of_maps: dict[int, list[Any]] = {}
+
+    def value(ref: Ref) -> Any:
+        return values[ref] if ref > 0 else -values[-ref]
+
+    for node in tape.live(refs):
+        op = tape.op[node]
+        if op is Op.CONST:
+            values[node] = arithmetic.constant(tape.constants[tape.a[node]])
+        elif op is Op.INPUT:
+            values[node] = leaf(tape.inputs[tape.a[node]])
+        elif op is Op.MAP:
+            number = tape.a[node]
+            if number not in of_maps:
+                of_maps[number] = _run_map(cast("Map", tape.maps[number]), value, arithmetic)
+            values[node] = of_maps[number][tape.b[node]]
+        else:
+            values[node] = arithmetic.rules[op](*[value(ref) for ref in tape.operands(node)])
+    return [value(ref) for ref in refs]
+
+
+def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
+    shared = [value(ref) for ref in repetition.shared]
+    carry = [value(ref) for ref in repetition.initial]
+    sums = [arithmetic.constant(0.0) for _ in repetition.sums]
+    stacked: list[Any] = []
+    for element in range(repetition.count):
+        blocks = {
+            "element": [arithmetic.constant(column[element]) for column in repetition.elements],
+            "shared": shared,
+            "gather": [value(slot[element]) for slot in repetition.gather],
+            "carry": carry,
+        }
+        results = run(repetition.kernel, repetition.kernel_refs, _leaves(blocks), arithmetic)
+        terms, carry, rows = repetition.split_kernel(results)
+        sums = [total + term for total, term in zip(sums, terms, strict=True)]
+        stacked += rows
+    return [*sums, *carry, *stacked]
+
+
+def _leaves(blocks: Mapping[str, Sequence[Any]]) -> Callable[[InputSymbol], Any]:
+    return lambda symbol: blocks[symbol.block][symbol.index]
+
+
+def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -> NDArray[Any]:
+    """Evaluate references over NumPy arrays.
+
+    Parameters
+    ----------
+    tape, refs
+        What to evaluate.
+    inputs : mapping from block name to array (..., size)
+        A number stands for a block of size 1. Leading axes broadcast. Integers become doubles, other types are kept.
+
+    Returns
+    -------
+    array (..., len(refs))
+        With complex inputs, ABS, SIGN, MIN, MAX, LT, LE and SELECT decide on real parts, and ATAN2 is the analytic one:
+        what a complex step needs. Outside a function's domain NumPy's nan and its warning appear.
+
+    Raises
+    ------
+    ValueError
+        When a block is missing or too short; the message names it.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    for name, given in inputs.items():
+        array = np.asarray(given)
+        array = array if np.issubdtype(array.dtype, np.inexact) else array.astype(np.float64)
+        arrays[name] = array[np.newaxis] if array.ndim == 0 else array
+    shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
+    dtype = np.result_type(*(array.dtype for array in arrays.values())) if arrays else np.dtype(np.float64)
+
+    def leaf(symbol: InputSymbol) -> NDArray[Any]:
+        size = arrays[symbol.block].shape[-1] if symbol.block in arrays else 0
+        _check(symbol, size)
+        return np.asarray(arrays[symbol.block][..., symbol.index])
+
+    results = run(tape, refs, leaf, Arithmetic(_NUMPY_RULES, dtype.type))
+    output = np.empty((*shape, len(refs)), dtype)
+    for position, result in enumerate(results):
+        output[..., position] = result
+    return output
+
+
+def evaluate_mpmath(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[Any]], digits: int = 50) -> list[Any]:
+    """Evaluate references over mpmath numbers of at least ``digits`` decimal digits (more if mpmath's context asks for more).
+
+    Inputs map block names to sequences of numbers; a bare number stands for a block of size 1. Doubles, those of the tape
+    included, enter exactly. Raises ValueError when a block is missing or too short.
+    """
+    import mpmath  # noqa: PLC0415  # an oracle only, never needed by a running model
+
+    with mpmath.workdps(max(digits, mpmath.mp.dps)):
+        blocks = {
+            name: [mpmath.mpmathify(entry) for entry in (given if isinstance(given, Sequence | np.ndarray) else [given])]
+            for name, given in inputs.items()
+        }
+
+        def leaf(symbol: InputSymbol) -> Any:
+            _check(symbol, len(blocks.get(symbol.block, ())))
+            return blocks[symbol.block][symbol.index]
+
+        return run(tape, refs, leaf, Arithmetic(_mpmath_rules(), mpmath.mpf))
+
+
+def _check(symbol: InputSymbol, size: int) -> None:
+    if symbol.index >= size:
+        raise ValueError(
+            f"the tape needs component {symbol.index} of input block '{symbol.block}', which has {size}; "
+            f"try: pass inputs['{symbol.block}'] with at least {symbol.index + 1} numbers"
+        )
+
+
+def _numpy_sign(x: Any) -> Any:
+    return np.sign(np.real(x))
+
+
+def _numpy_atan2(y: Any, x: Any) -> Any:
+    if not (np.iscomplexobj(x) or np.iscomplexobj(y)):
+        return np.arctan2(y, x)
+    steep = np.abs(np.real(y)) > np.abs(np.real(x))
+    denominator = np.where(steep, y, x)
+    ratio = np.arctan(np.where(steep, -x, y) / np.where(denominator == 0, 1, denominator))
+    # arctan of a ratio of at most 1, plus the constant of the real arctan2's quadrant: no imaginary part is absorbed
+    behind = np.where(np.real(x) < 0, np.copysign(np.pi, np.real(y)), 0.0)
+    return ratio + np.where(steep, np.copysign(np.pi / 2, np.real(y)), behind)
+
+
+_FUNCTIONS = {
+    Op.SQRT: "sqrt", Op.SIN: "sin", Op.COS: "cos", Op.TAN: "tan", Op.ASIN: "asin", Op.ACOS: "acos", Op.ATAN: "atan",
+    Op.SINH: "sinh", Op.COSH: "cosh", Op.TANH: "tanh", Op.EXP: "exp", Op.LOG: "log",
+}  # fmt: skip
+_ARITHMETIC = {Op.ADD: operator.add, Op.SUB: operator.sub, Op.MUL: operator.mul, Op.DIV: operator.truediv}
+_NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+_NUMPY_RULES: dict[Op, Callable[..., Any]] = {
+    **_ARITHMETIC,
+    **{op: getattr(np, _NUMPY_NAMES.get(name, name)) for op, name in _FUNCTIONS.items()},
+    Op.POW: np.power,
+    Op.ATAN2: _numpy_atan2,
+    Op.ABS: lambda x: _numpy_sign(x) * x,
+    Op.SIGN: _numpy_sign,
+    Op.MIN: lambda x, y: np.where(np.real(x) <= np.real(y), x, y),
+    Op.MAX: lambda x, y: np.where(np.real(y) <= np.real(x), x, y),
+    Op.LT: lambda x, y: np.where(np.real(x) < np.real(y), 1.0, 0.0),
+    Op.LE: lambda x, y: np.where(np.real(x) <= np.real(y), 1.0, 0.0),
+    Op.SELECT: lambda condition, x, y: np.where(np.real(condition) != 0.0, x, y),
+}
+
+
+def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
+    import mpmath  # noqa: PLC0415  # as in evaluate_mpmath
+
+    one, zero, re = mpmath.mpf(1), mpmath.mpf(0), mpmath.re
+
+    def atan2(y: Any, x: Any) -> Any:
+        angle = mpmath.atan2(re(y), re(x))
+        if not (mpmath.im(x) or mpmath.im(y)):
+            return angle
+        cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
+        return angle + mpmath.atan((cosine * y - sine * x) / (cosine * x + sine * y))  # turned to where arctan is analytic
+
+    return {
+        **_ARITHMETIC,
+        **{op: getattr(mpmath, name) for op, name in _FUNCTIONS.items()},
+        Op.POW: mpmath.power,
+        Op.ATAN2: atan2,
+        Op.ABS: lambda x: mpmath.sign(re(x)) * x,
+        Op.SIGN: lambda x: mpmath.sign(re(x)),
+        Op.MIN: lambda x, y: x if re(x) <= re(y) else y,
+        Op.MAX: lambda x, y: x if re(y) <= re(x) else y,
+        Op.LT: lambda x, y: one if re(x) < re(y) else zero,
+        Op.LE: lambda x, y: one if re(x) <= re(y) else zero,
+        Op.SELECT: lambda condition, x, y: x if re(condition) != 0 else y,
+    }

@@ -1,0 +1,222 @@
+"""Map: a loop over identical elements that stays a loop, on the tape, in its derivatives and in C.
+
+A Map computes, for i = 0 .. count-1 in this order, with e, s, g, c the four input blocks of its kernel:
+
+    e = (elements[0][i], elements[1][i], ...)     constants of element i, one column per index
+    s = shared                                    references of the outer tape, the same for all elements
+    g = (gather[0][i], gather[1][i], ...)         references of the outer tape, one per slot and element
+    c = initial for i = 0, else what ``last`` gave for element i - 1
+
+    sum[k] += kernel(sums[k])      c_next[k] = kernel(last[k])      row[i][k] = kernel(stacked[k])
+
+Results are numbered: first the sums, then the final carries, then the rows, element after element:
+
+    sum k -> k      final carry k -> S + k      row[i][k] -> S + L + i * R + k      (S, L, R = number of sums, last, stacked)
+
+The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without Maps.
+Sums start from zero and are added in the order of the elements, so a loop and its unrolled form give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, TypeVar, cast
+
+from eomgen.symbolic.tape import ZERO, Counts, InputSymbol, Op, Ref, Tape
+
+T = TypeVar("T")
+KERNEL_BLOCKS = ("element", "shared", "gather", "carry")
+
+
+class MapResults(NamedTuple):
+    """References to the results of a Map: sums, final carries, and rows[element][k]."""
+
+    sums: tuple[Ref, ...]
+    last: tuple[Ref, ...]
+    rows: tuple[tuple[Ref, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """A loop over ``count`` identical elements; see the module for its exact meaning.
+
+    Attributes
+    ----------
+    kernel : Tape
+        What one element computes.
+    count : int
+        Number of elements, at least 1.
+    elements : tuple of columns
+        ``elements[index][i]``: constant ``index`` of element i.
+    shared : tuple of Ref
+        Outer references behind kernel inputs ``("shared", index)``.
+    gather : tuple of slots
+        ``gather[slot][i]``: outer reference behind kernel input ``("gather", slot)`` for element i.
+    initial : tuple of Ref
+        Outer references behind kernel inputs ``("carry", index)`` for the first element.
+    sums, last, stacked : tuples of kernel references
+        What is summed, what becomes the carry (as many as ``initial``), what is kept for each element.
+    label : str
+        Physical meaning, for a comment in the C; two Maps that differ by it only are the same.
+    """
+
+    kernel: Tape
+    count: int
+    elements: tuple[tuple[float, ...], ...] = ()
+    shared: tuple[Ref, ...] = ()
+    gather: tuple[tuple[Ref, ...], ...] = ()
+    initial: tuple[Ref, ...] = ()
+    sums: tuple[Ref, ...] = ()
+    last: tuple[Ref, ...] = ()
+    stacked: tuple[Ref, ...] = ()
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise ValueError(f"a Map needs at least one element, not {self.count}")
+        for kind, columns in (("elements", self.elements), ("gather", self.gather)):
+            for index, column in enumerate(columns):
+                if len(column) != self.count:
+                    raise ValueError(f"{kind}[{index}] of a Map has {len(column)} entries for {self.count} elements")
+        if len(self.last) != len(self.initial):
+            raise ValueError(f"a Map has {len(self.initial)} initial carries but {len(self.last)} in last; each carry needs both")
+        if self.kernel.maps:
+            raise ValueError("the kernel of a Map holds a Map itself; unroll the inner one or write two Maps one after the other")
+        sizes = dict(zip(KERNEL_BLOCKS, map(len, (self.elements, self.shared, self.gather, self.initial)), strict=True))
+        for symbol in self.kernel.depends_on(self.kernel_refs):
+            if symbol.index >= sizes.get(symbol.block, 0):
+                raise ValueError(
+                    f"the kernel of a Map reads ({symbol.block!r}, {symbol.index}), which the Map does not give; "
+                    f"it gives {', '.join(f'{size} of {name!r}' for name, size in sizes.items())}"
+                )
+
+    @property
+    def kernel_refs(self) -> tuple[Ref, ...]:
+        """All kernel references that an element computes: sums, last, stacked."""
+        return self.sums + self.last + self.stacked
+
+    def split_kernel(self, values: Sequence[T]) -> tuple[list[T], list[T], list[T]]:
+        """Split values that belong to ``kernel_refs`` into those of sums, last and stacked."""
+        first, second = len(self.sums), len(self.sums) + len(self.last)
+        return list(values[:first]), list(values[first:second]), list(values[second:])
+
+    @cached_property
+    def gathered(self) -> tuple[Ref, ...]:
+        """All references of the outer tape that the Map reads, each once."""
+        return tuple(dict.fromkeys([*self.shared, *self.initial, *(ref for slot in self.gather for ref in slot)]))
+
+    @property
+    def size(self) -> int:
+        """Number of results."""
+        return len(self.sums) + len(self.last) + self.count * len(self.stacked)
+
+    def counts(self) -> Counts:
+        """Operations of the whole loop: the kernel's, times the number of elements, plus the additions of the sums."""
+        one = self.kernel.counts(self.kernel_refs)
+        n = self.count
+        return Counts(
+            n * (one.additions + len(self.sums)), n * one.multiplications, n * one.divisions,
+            n * one.functions, n * one.selections, n * (one.statements + len(self.sums)),
+        )  # fmt: skip
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """What makes two Maps the same loop, however their kernels were recorded."""
+        compact = Tape()
+        refs = splice(compact, self.kernel, self.kernel_refs, {})
+        nodes = tuple(zip(compact.op, compact.a, compact.b, compact.c, strict=True))
+        return (
+            nodes, tuple(compact.constants[1:]), tuple(compact.inputs), *map(tuple, self.split_kernel(refs)), self.count,
+            self.elements, self.shared, self.gather, self.initial,
+        )  # fmt: skip
+
+
+def add_map(tape: Tape, loop: Map) -> MapResults:
+    """Put a Map on a tape and return the references to its results; the same Map is put there only once.
+
+    Results that are a constant of the kernel come back as constants, so zeros by structure stay visible.
+    """
+    number = next((n for n, known in enumerate(tape.maps) if cast("Map", known).key == loop.key), None)
+    if number is None:
+        number = len(tape.maps)
+        tape.maps.append(loop)
+    return map_results(tape, number)
+
+
+def map_results(tape: Tape, number: int) -> MapResults:
+    """Return the references to the results of Map ``number`` of a tape."""
+    loop = cast("Map", tape.maps[number])
+    constants = [loop.kernel.value(ref) for ref in loop.kernel_refs]
+    sums, last, stacked = loop.split_kernel(constants)
+    start = len(sums) + len(last)
+
+    def result(position: int, value: float | None) -> Ref:
+        return tape.map_result(number, position) if value is None else tape.constant(value)
+
+    return MapResults(
+        tuple(result(k, None if value is None else loop.count * value) for k, value in enumerate(sums)),
+        tuple(result(len(sums) + k, value) for k, value in enumerate(last)),
+        tuple(tuple(result(start + i * len(stacked) + k, value) for k, value in enumerate(stacked)) for i in range(loop.count)),
+    )
+
+
+def unroll(tape: Tape, loop: Map) -> MapResults:
+    """Record the operations of a Map on a tape, element after element, and return its results: the oracle of the loop."""
+    sums, carry = [ZERO] * len(loop.sums), list(loop.initial)
+    rows: list[tuple[Ref, ...]] = []
+    for i in range(loop.count):
+        blocks = {
+            "element": [tape.constant(column[i]) for column in loop.elements],
+            "shared": loop.shared,
+            "gather": [slot[i] for slot in loop.gather],
+            "carry": carry,
+        }
+        bindings = {InputSymbol(name, index): ref for name, refs in blocks.items() for index, ref in enumerate(refs)}
+        terms, carry, row = loop.split_kernel(splice(tape, loop.kernel, loop.kernel_refs, bindings))
+        sums = [tape.add(total, term) for total, term in zip(sums, terms, strict=True)]
+        rows.append(tuple(row))
+    return MapResults(tuple(sums), tuple(carry), tuple(rows))
+
+
+def splice(target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[InputSymbol, Ref]) -> list[Ref]:
+    """Copy what references need from one tape to another and return them there; inputs without a binding stay inputs.
+
+    Raises ValueError for a source with Maps: they belong to their own tape.
+    """
+    copy: dict[int, Ref] = {}
+
+    def there(ref: Ref) -> Ref:
+        found = copy[abs(ref)]
+        return found if ref > 0 or found == ZERO else -found
+
+    for node in source.live(refs):
+        op = source.op[node]
+        if op is Op.CONST:
+            copy[node] = target.constant(source.constants[source.a[node]])
+        elif op is Op.INPUT:
+            symbol = source.inputs[source.a[node]]
+            bound = bindings.get(symbol)
+            copy[node] = target.input(symbol.block, symbol.index) if bound is None else bound
+        elif op is Op.MAP:
+            raise ValueError("cannot copy the result of a Map to another tape; unroll the Map first")
+        else:
+            copy[node] = _record(target, op, [there(ref) for ref in source.operands(node)])
+    return [there(ref) for ref in refs]
+
+
+def _record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
+    match op:
+        case Op.ADD:
+            return tape.add(operands[0], operands[1])
+        case Op.SUB:
+            return tape.sub(operands[0], operands[1])
+        case Op.MUL:
+            return tape.mul(operands[0], operands[1])
+        case Op.DIV:
+            return tape.div(operands[0], operands[1])
+        case Op.SELECT:
+            return tape.select(operands[0], operands[1], operands[2])
+        case _:
+            return tape.call(op, *operands)
