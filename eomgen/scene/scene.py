@@ -14,7 +14,8 @@ from typing import Any, Literal
 from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
-ZERO_VECTOR: Vector = (Number(0.0), Number(0.0), Number(0.0))
+ZERO: Formula = Number(0.0)
+ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)
 BASE = "base"
 TERMS = (
     "mass",
@@ -99,10 +100,10 @@ class Joint:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     position: Vector = ZERO_VECTOR
     orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    stiffness: Formula = Number(0.0)
-    damping: Formula = Number(0.0)
-    rest: Formula = Number(0.0)
-    rotor_inertia: Formula = Number(0.0)
+    stiffness: Formula = ZERO
+    damping: Formula = ZERO
+    rest: Formula = ZERO
+    rotor_inertia: Formula = ZERO
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
 
@@ -130,7 +131,7 @@ class Spring:
     stiffness: Formula
     damping: Formula
     length: Formula
-    force: Formula = Number(0.0)
+    force: Formula = ZERO
 
 
 @dataclass(frozen=True)

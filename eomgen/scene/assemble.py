@@ -1,0 +1,231 @@
+"""From nested data, as a file or a builder holds it, to a checked Scene; everything wrong is reported at once."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from eomgen.errors import Problem
+from eomgen.scene import checks, scene
+from eomgen.scene import schema as written
+from eomgen.scene.formula import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
+from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.joints import read_joint
+from eomgen.scene.names import key_of
+from eomgen.scene.report import Report
+from eomgen.scene.tree import Link, ordered
+from eomgen.scene.values import Values
+
+
+def from_data(
+    data: Mapping[str, Any],
+    *,
+    file: str = "scene",
+    lines: Mapping[str, int | str] | None = None,
+    problems: Sequence[Problem] = (),
+    notes: Sequence[str] = (),
+    metadata: Mapping[str, Any] | None = None,
+    inertias_checked: bool = False,
+) -> scene.Scene:
+    """Check nested data, in the form of a scene file, and return the scene.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    file, lines : str, mapping
+        Where the data came from, for messages: the line of each dotted key, or ``file:line``.
+    problems : sequence of Problem
+        Found before, to be reported together with what is found here.
+    notes, metadata
+        Handed on to the scene.
+    inertias_checked : bool
+        True where whoever made the data has judged the inertias already.
+
+    Raises
+    ------
+    DescriptionError
+        With every problem that could be found.
+    """
+    report = Report(file, lines or {})
+    report.found += [(0, problem) for problem in problems]
+    document, refused = written.read_document(data, report)
+    if any("" in names for names in refused.values()):
+        report.raise_problems()
+    document = checks.check_names(document, refused, report)
+    result = _Assembler(document, refused, data, report).fields(inertias_checked)
+    report.raise_problems()
+    return scene.Scene(
+        **result,
+        source={key: report.place(key) for key in report.lines},
+        content=content(document),
+        notes=tuple(notes),
+        metadata=dict(metadata or {}),
+    )
+
+
+def content(document: written.Document) -> bytes:
+    """Return bytes that determine the scene: canonical JSON, with entries as pairs because their order counts."""
+    data = document.model_dump(mode="json", exclude_none=True)
+    for section in written.SECTIONS:
+        data[section] = [[name, entry] for name, entry in data[section].items()]
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+class _Assembler:
+    def __init__(
+        self, document: written.Document, refused: Mapping[str, set[str]], data: Mapping[str, Any], report: Report
+    ) -> None:
+        self.document = document
+        self.refused = refused
+        self.report = report
+        self.joint_types: dict[str, str] = {name: joint.type for name, joint in document.joints.items()}
+        for name in sorted(refused["joints"]):
+            entry = data["joints"].get(name)
+            kind = entry.get("type") if isinstance(entry, Mapping) else None
+            self.joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
+        tunable = {name: parameter.tunable for name, parameter in document.parameters.items()}
+        names = Names(
+            parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
+            inputs=(*document.inputs, *sorted(refused["inputs"])),
+            joints=self.joint_types,
+            points=(*document.points, *sorted(refused["points"])),
+            springs=(*document.springs, *sorted(refused["springs"])),
+        )
+        self.values = Values(names, {name: parameter.value for name, parameter in document.parameters.items()}, report)
+        self.bodies = [*document.bodies, *sorted(refused["bodies"])]
+
+    def fields(self, inertias_checked: bool) -> dict[str, Any]:
+        """Return the fields of the Scene; they are right only if the report stays empty."""
+        document, values = self.document, self.values
+        bodies = {name: self.body(name, body) for name, body in document.bodies.items()}
+        joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
+        links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
+        complete = not self.refused["joints"] and not self.refused["bodies"]
+        order = ordered(links, document.bodies, sorted(self.refused["bodies"]), complete, self.report)
+        inertias = checks.body_inertias(bodies.values(), values)
+        if not inertias_checked:
+            checks.check_inertias(inertias, self.report)
+        if complete and len(order) == len(links) == len(bodies):
+            checks.check_motion([joints[link.name] for link in order], inertias, values)
+        checks.check_simulation(document.simulation, self.report)
+        simulation = document.simulation
+        return {
+            "name": document.name,
+            "description": document.description,
+            "terms": tuple(dict.fromkeys(document.terms)),
+            "gravity": values.vector("gravity", document.gravity, PARAMETERS),
+            "bodies": tuple(bodies[link.child] for link in order if link.child in bodies),
+            "joints": tuple(joints[link.name] for link in order),
+            "parameters": tuple(
+                scene.Parameter(name, parameter.value, parameter.tunable, parameter.unit, parameter.description)
+                for name, parameter in document.parameters.items()
+            ),
+            "inputs": tuple(self.input(name, entry) for name, entry in document.inputs.items()),
+            "base": self.base(),
+            "points": tuple(self.point(name, point) for name, point in document.points.items()),
+            "springs": tuple(self.spring(name, spring) for name, spring in document.springs.items()),
+            "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
+            "forces": tuple(self.force(name, force) for name, force in document.forces.items()),
+            "efforts": tuple(self.effort(name, effort) for name, effort in document.efforts.items()),
+            "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),
+            "simulation": scene.Simulation(
+                simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every
+            ),
+        }
+
+    def input(self, name: str, entry: written.Input) -> scene.Input:
+        formula = None
+        if entry.formula is not None:
+            formula = self.values.formula(key_of("inputs", name, "formula"), entry.formula, TIME)
+        return scene.Input(name, formula, entry.unit, entry.description)
+
+    def base(self) -> scene.Base | None:
+        base = self.document.base
+        if base is None:
+            return None
+        position = self.values.vector("base.position", base.position, TIME)
+        return scene.Base(position, self.values.rotations("base.rotation", base.rotation, TIME))
+
+    def body(self, name: str, body: written.Body) -> scene.Body:
+        key, formula = key_of("bodies", name), self.values.formula
+        entries = enumerate(body.inertia)
+        xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
+        center = self.values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
+        return scene.Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
+
+    def point(self, name: str, point: written.Point) -> scene.Point:
+        key = key_of("points", name)
+        checks.check_reference(f"{key}.body", point.body, [scene.BASE, *self.bodies], "body", self.report)
+        return scene.Point(name, point.body, self.values.vector(f"{key}.position", point.position, PARAMETERS))
+
+    def spring(self, name: str, spring: written.Spring) -> scene.Spring:
+        key, formula = key_of("springs", name), self.values.formula
+        for field, point in (("first", spring.first), ("second", spring.second)):
+            checks.check_reference(f"{key}.{field}", point, self.values.names.points, "point", self.report)
+        if spring.first == spring.second:
+            self.report.add(f"{key}.second", f"the spring connects the point {spring.first} to itself", "another point")
+        fields = ("stiffness", "damping", "length")
+        stiffness, damping, length = (formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields)
+        force = formula(f"{key}.force", spring.force, SPRING_FORCE)
+        return scene.Spring(name, spring.first, spring.second, stiffness, damping, length, force)
+
+    def torsion_spring(self, name: str, spring: written.TorsionSpring) -> scene.TorsionSpring:
+        key = key_of("torsion_springs", name)
+        for field, joint in (("first", spring.first), ("second", spring.second)):
+            if field == "second" and not joint:
+                continue
+            known = checks.check_reference(f"{key}.{field}", joint, self.joint_types, "joint", self.report)
+            if known and self.joint_types[joint] not in ("revolute", ""):
+                what = f"the joint {joint} is {self.joint_types[joint]}, not revolute"
+                self.report.add(f"{key}.{field}", what, "a revolute joint")
+        if spring.first == spring.second:
+            self.report.add(f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none")
+        fields = ("stiffness", "damping", "rest")
+        constants = [self.values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]
+        return scene.TorsionSpring(name, spring.first, spring.second, *constants)
+
+    def force(self, name: str, force: written.Force) -> scene.Force:
+        key, vector = key_of("forces", name), self.values.vector
+        if force.body == scene.BASE:
+            self.report.add(f"{key}.body", "a force on the base moves nothing: its motion is prescribed", "a body")
+        else:
+            checks.check_reference(f"{key}.body", force.body, self.bodies, "body", self.report)
+        point = vector(f"{key}.point", force.point, PARAMETERS)
+        force_vector = vector(f"{key}.force", force.force, STATE)
+        return scene.Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, STATE), force.axes)
+
+    def effort(self, name: str, effort: written.Effort) -> scene.Effort:
+        key = key_of("efforts", name)
+        if checks.check_reference(f"{key}.joint", effort.joint, self.joint_types, "joint", self.report):
+            kind = self.joint_types[effort.joint]
+            size = VELOCITY_SIZE.get(kind, math.inf)
+            if effort.index >= size:
+                hint = f"an index from 0 to {size - 1}" if size else "a moving joint"
+                self.report.add(f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index}", hint)
+        return scene.Effort(name, effort.joint, self.values.formula(f"{key}.effort", effort.effort, STATE), effort.index)
+
+    def output(self, name: str, output: written.Output) -> scene.Output:
+        key = key_of("outputs", name)
+        kinds = ("position", "velocity", "acceleration", "formula", "energy")
+        given = [kind for kind in kinds if getattr(output, kind) is not None]
+        formulas: tuple[Formula, ...] = ()
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            self.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got}", 'position = "tip"')
+        elif output.formula is not None:
+            if not output.formula:
+                self.report.add(f"{key}.formula", "the list of formulas is empty", "a formula")
+            formulas = tuple(
+                self.values.formula(f"{key}.formula[{place}]", entry, EVERYTHING) for place, entry in enumerate(output.formula)
+            )
+        elif output.energy is not None:
+            checks.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", self.report)
+            formulas = (Symbol("energy", output.energy),)
+        else:
+            kind, point = given[0], str(getattr(output, given[0]))
+            checks.check_reference(f"{key}.{kind}", point, self.values.names.points, "point", self.report)
+            formulas = tuple(Symbol(kind, point, index) for index in range(3))
+        return scene.Output(name, formulas, output.unit, output.description)

@@ -1,0 +1,247 @@
+"""A scene from Python: the same data as a scene file, entered by calls and checked by the same road."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from eomgen.errors import Problem
+from eomgen.scene.names import key_of
+from eomgen.scene.scene import Scene
+
+Value = float | str
+Rotations = Sequence[tuple[Sequence[Value], Value]]
+
+
+class SceneBuilder:
+    """Collects the entries of a scene; ``build`` checks them all at once.
+
+    Every method returns the builder. Numbers may be formulas (texts) wherever a scene file takes them; units are SI, and
+    the meaning of each key is that of the scene file.
+
+    Parameters
+    ----------
+    name : str
+        Name of the scene, which prefixes its C functions.
+    description : str
+    gravity : sequence of 3 values
+        In world axes, m/s^2.
+    terms : sequence of str
+        The terms wanted; none means all that are needed.
+
+    Examples
+    --------
+    >>> builder = SceneBuilder("pendulum").body("link", mass=1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])
+    >>> builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0]).build().joints[0].name
+    'hinge'
+    """
+
+    def __init__(
+        self, name: str, *, description: str = "", gravity: Sequence[Value] = (0.0, 0.0, -9.81), terms: Sequence[str] = ()
+    ) -> None:
+        self._data: dict[str, Any] = {
+            "format": 1,
+            "name": name,
+            "description": description,
+            "gravity": _plain(gravity),
+            "terms": _plain(terms),
+        }
+        self._lines: dict[str, str] = {"name": _caller(), "gravity": _caller(), "terms": _caller()}
+        self._problems: list[Problem] = []
+
+    def parameter(self, name: str, value: float, *, tunable: bool = False, unit: str = "", description: str = "") -> Self:
+        """Add a named number; a tunable one can be changed without recompiling."""
+        return self._enter("parameters", name, value=value, tunable=tunable, unit=unit, description=description)
+
+    def input(self, name: str, formula: Value | None = None, *, unit: str = "", description: str = "") -> Self:
+        """Add an input; ``formula`` (of time and parameters) is its value unless the caller hands in another."""
+        return self._enter("inputs", name, formula=formula, unit=unit, description=description)
+
+    def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
+        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""
+        return self._enter("base", "", position=position, rotation=rotation)
+
+    def body(
+        self,
+        name: str,
+        mass: Value,
+        *,
+        center_of_mass: Sequence[Value] = (0.0, 0.0, 0.0),
+        inertia: Sequence[Any] | Mapping[str, Value] = (0.0, 0.0, 0.0),
+    ) -> Self:
+        """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3)."""
+        return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
+
+    def joint(
+        self,
+        name: str,
+        type: str,
+        parent: str,
+        child: str,
+        *,
+        axis: Sequence[Value] | None = None,
+        position: Sequence[Value] = (0.0, 0.0, 0.0),
+        rotation: Rotations | None = None,
+        orientation: Sequence[Sequence[float]] | None = None,
+        stiffness: Value | None = None,
+        damping: Value | None = None,
+        rest: Value | None = None,
+        rotor_inertia: Value | None = None,
+        initial: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Add a joint of type fixed, revolute, prismatic, spherical or free; placement in the parent's frame."""
+        return self._enter(
+            "joints",
+            name,
+            type=type,
+            parent=parent,
+            child=child,
+            axis=axis,
+            position=position,
+            rotation=rotation,
+            orientation=orientation,
+            stiffness=stiffness,
+            damping=damping,
+            rest=rest,
+            rotor_inertia=rotor_inertia,
+            initial=initial,
+        )
+
+    def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:
+        """Add a point fixed in a body, or in the base."""
+        return self._enter("points", name, body=body, position=position)
+
+    def spring(
+        self,
+        name: str,
+        first: str,
+        second: str,
+        *,
+        stiffness: Value = 0.0,
+        damping: Value = 0.0,
+        length: Value = 0.0,
+        force: Value = 0.0,
+    ) -> Self:
+        """Add a spring, damper or actuator along the line between two points; ``force`` is a tension."""
+        return self._enter(
+            "springs", name, first=first, second=second, stiffness=stiffness, damping=damping, length=length, force=force
+        )
+
+    def torsion_spring(
+        self,
+        name: str,
+        first: str,
+        second: str = "",
+        *,
+        stiffness: Value = 0.0,
+        damping: Value = 0.0,
+        rest: Value = 0.0,
+    ) -> Self:
+        """Add a torsion spring between two revolute joints' angles, or between one and its rest angle."""
+        return self._enter("torsion_springs", name, first=first, second=second, stiffness=stiffness, damping=damping, rest=rest)
+
+    def force(
+        self,
+        name: str,
+        body: str,
+        *,
+        point: Sequence[Value] = (0.0, 0.0, 0.0),
+        force: Sequence[Value] = (0.0, 0.0, 0.0),
+        torque: Sequence[Value] = (0.0, 0.0, 0.0),
+        axes: str = "world",
+    ) -> Self:
+        """Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes."""
+        return self._enter("forces", name, body=body, point=point, force=force, torque=torque, axes=axes)
+
+    def effort(self, name: str, joint: str, effort: Value, *, index: int = 0) -> Self:
+        """Add a generalized force on one component of a joint."""
+        return self._enter("efforts", name, joint=joint, effort=effort, index=index)
+
+    def output(
+        self,
+        name: str,
+        *,
+        formula: Value | Sequence[Value] | None = None,
+        position: str | None = None,
+        velocity: str | None = None,
+        acceleration: str | None = None,
+        energy: str | None = None,
+        unit: str = "",
+        description: str = "",
+    ) -> Self:
+        """Add an output: formulas, a point's position, velocity or acceleration (world axes), or an energy."""
+        return self._enter(
+            "outputs",
+            name,
+            formula=formula,
+            position=position,
+            velocity=velocity,
+            acceleration=acceleration,
+            energy=energy,
+            unit=unit,
+            description=description,
+        )
+
+    def simulation(
+        self,
+        *,
+        method: str | None = None,
+        step: float | None = None,
+        duration: float | None = None,
+        rho_inf: float | None = None,
+        record_every: int | None = None,
+    ) -> Self:
+        """Set what ``simulate`` does when not told otherwise (steps and durations in seconds)."""
+        return self._enter(
+            "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, record_every=record_every
+        )
+
+    def build(self) -> Scene:
+        """Return the checked scene.
+
+        Raises
+        ------
+        DescriptionError
+            With everything that is wrong, and the lines of the calls.
+        """
+        from eomgen.scene.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
+
+        return from_data(self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems)
+
+    def _enter(self, section: str, name: str, **values: Any) -> Self:
+        """Store an entry of a section (or the section itself, where it has no named entries), and the caller's line."""
+        place = _caller()
+        key = key_of(section, str(name)) if name != "" or section not in ("base", "simulation") else section
+        entry = {field: _plain(value) for field, value in values.items() if value is not None}
+        entries = self._data if key == section else self._data.setdefault(section, {})
+        entry_name = section if key == section else str(name)
+        if entry_name in entries:
+            hint = "another name" if key != section else "one call"
+            self._problems.append(Problem(f"{place} ({key})", f"this was given before, at {self._lines[key]}", hint))
+        else:
+            entries[entry_name] = entry
+            self._lines[key] = place
+        return self
+
+
+def _caller() -> str:
+    """Return ``file:line`` of the call that came from outside this module."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back
+    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
+
+
+def _plain(value: Any) -> Any:
+    """Return plain numbers, lists and tables for arrays, tuples and (axis, angle) pairs."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], Sequence) and not isinstance(value[0], str):
+        return {"axis": _plain(value[0]), "angle": _plain(value[1])}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return value

@@ -1,0 +1,127 @@
+"""Checks across the entries of a scene: names, references, physical inertias, joints that move nothing, the time grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from eomgen.scene.formula import RESERVED
+from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
+from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, nearest, shown
+from eomgen.scene.report import Report
+from eomgen.scene.scene import BASE, Body, Joint
+from eomgen.scene.schema import SECTIONS, Document, Simulation
+from eomgen.scene.values import Values
+
+
+def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
+    """Return the document without the entries whose names are not legal; their names go to ``refused``."""
+    if not is_legal(document.name):
+        report.add("name", f"the name {shown(document.name)} is not legal", _NAME_RULE)
+    kept: dict[str, object] = {}
+    for section in SECTIONS:
+        entries: Mapping[str, object] = getattr(document, section)
+        for name in [*entries, *sorted(refused[section])]:
+            fault, hint = _fault(section, name, document)
+            if fault:
+                report.add(key_of(section, name), fault, hint)
+                refused[section].add(name)
+        kept[section] = {name: entry for name, entry in entries.items() if name not in refused[section]}
+    return document.model_copy(update=kept)
+
+
+_NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
+
+
+def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
+    if not is_legal(name):
+        return f"the name {shown(name)} is not legal", _NAME_RULE
+    if section == "bodies" and name == BASE:
+        return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
+    if section in ("parameters", "inputs") and name in RESERVED:
+        return f"the name {name} is a word of formulas", f"{name}_value"
+    if section == "inputs" and name in document.parameters:
+        return f"the name {name} is both a parameter and an input", "another name for one of them"
+    return "", ""
+
+
+def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
+    """Report a reference to something that is not there; tell whether it is."""
+    every = list(known)
+    if name not in every:
+        report.add(key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section")
+    return name in every
+
+
+def check_simulation(simulation: Simulation, report: Report) -> None:
+    """Report a time grid or a spectral radius that cannot be."""
+    if not is_legal(simulation.method):
+        report.add("simulation.method", f"{shown(simulation.method)} is not the name of a method", "generalized_alpha")
+    if simulation.step <= 0.0:
+        report.add("simulation.step", f"the step {simulation.step:.6g} is not positive", "1e-3")
+    if simulation.duration < 0.0:
+        report.add("simulation.duration", f"the duration {simulation.duration:.6g} is negative", "0 or more")
+    if not 0.0 <= simulation.rho_inf <= 1.0:
+        report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1", "0.8")
+
+
+def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
+    """Return mass properties at the default parameters, for the bodies of which they are known."""
+    known = {}
+    for body in bodies:
+        key = key_of("bodies", body.name)
+        mass = values.number(f"{key}.mass", body.mass)
+        center = [values.number(f"{key}.center_of_mass[{place}]", entry) for place, entry in enumerate(body.center_of_mass)]
+        entries = [values.number(f"{key}.inertia[{place}]", entry) for place, entry in enumerate(body.inertia)]
+        if all(math.isfinite(number) for number in (mass, *center, *entries)):
+            known[body.name] = Inertia(mass, np.array(center), tensor(entries))
+    return known
+
+
+def check_inertias(inertias: Mapping[str, Inertia], report: Report) -> None:
+    """Report the bodies that cannot exist."""
+    for name, inertia in inertias.items():
+        fault = impossible(inertia.mass, inertia.about_center)
+        if fault:
+            field = "mass" if inertia.mass < 0.0 else "inertia"
+            report.add(key_of("bodies", name, field), fault, f"the values of {name} about its centre of mass, in its own axes")
+
+
+def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values) -> None:
+    """Report the absence of moving joints, and the outermost joints that move no inertia.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    inertias : mapping
+        Of each body; joints that carry a body missing here are not judged.
+    """
+    if all(joint.type == "fixed" for joint in joints):
+        values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
+    carried: dict[str, list[Inertia] | None] = {}
+    moving_beyond: set[str] = set()
+    for joint in reversed(joints):
+        own = inertias.get(joint.child)
+        beyond = carried.pop(joint.child, [])
+        parts = None if own is None or beyond is None else [own, *beyond]
+        if joint.type == "fixed":
+            key = key_of("joints", joint.name, "position")
+            position = np.array([values.number(f"{key}[{place}]", entry) for place, entry in enumerate(joint.position)])
+            known = parts is not None and bool(np.all(np.isfinite(position)))
+            moved = [part.moved(np.array(joint.orientation), position) for part in parts or []] if known else None
+            before = carried.get(joint.parent, [])
+            carried[joint.parent] = None if moved is None or before is None else [*before, *moved]
+            if joint.child in moving_beyond:
+                moving_beyond.add(joint.parent)
+            continue
+        if parts is not None and joint.child not in moving_beyond:
+            key = key_of("joints", joint.name)
+            rotor_inertia = values.number(f"{key}.rotor_inertia", joint.rotor_inertia)
+            fault = immovable(joint.type, np.array(joint.axis), combined(parts), rotor_inertia)
+            if fault:
+                what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
+                values.report.add(key, what, f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint")
+        moving_beyond.add(joint.parent)

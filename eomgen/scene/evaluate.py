@@ -1,0 +1,91 @@
+"""The value of a formula in floating point: a small interpreter over the closed set of nodes.
+
+It serves checks at the default parameters, and is the reference that generated code is held against.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+
+_FUNCTIONS: Mapping[str, Callable[..., float]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b,
+    "pow": math.pow,
+    "neg": lambda a: -a,
+    "lt": lambda a, b: float(a < b),
+    "le": lambda a, b: float(a <= b),
+    "select": lambda condition, then, otherwise: then if condition != 0.0 else otherwise,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "sinh": math.sinh,
+    "cosh": math.cosh,
+    "tanh": math.tanh,
+    "exp": math.exp,
+    "log": math.log,
+    "sqrt": math.sqrt,
+    "abs": abs,
+    "sign": lambda a: math.copysign(1.0, a) if a != 0.0 else 0.0,
+    "min": min,
+    "max": max,
+}
+
+
+def apply(name: str, arguments: Sequence[float]) -> float:
+    """Return the value of one operation.
+
+    Raises
+    ------
+    ArithmeticError
+        Where the operation has no finite value; the text says which one.
+    """
+    try:
+        value = float(_FUNCTIONS[name](*arguments))
+    except (ValueError, ArithmeticError):
+        value = math.nan
+    if not math.isfinite(value):
+        values = ", ".join(f"{argument:.6g}" for argument in arguments)
+        raise ArithmeticError(f"{name}({values}) has no finite value")
+    return value
+
+
+def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
+    """Return the value of a formula; of a ``select``, only the branch taken is evaluated.
+
+    Parameters
+    ----------
+    formula : Formula
+    value_of : callable
+        Gives the number for a symbol.
+
+    Raises
+    ------
+    ArithmeticError
+        Where an operation has no finite value.
+    """
+    if isinstance(formula, Number):
+        return formula.value
+    if isinstance(formula, Symbol):
+        return value_of(formula)
+    if formula.name == "select":
+        condition, then, otherwise = formula.arguments
+        return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
+    return apply(formula.name, [evaluate(argument, value_of) for argument in formula.arguments])
+
+
+def symbols(formula: Formula) -> frozenset[Symbol]:
+    """Return every symbol that occurs in a formula."""
+    if isinstance(formula, Symbol):
+        return frozenset({formula})
+    if isinstance(formula, Operation):
+        return frozenset().union(*(symbols(argument) for argument in formula.arguments))
+    return frozenset()

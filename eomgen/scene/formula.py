@@ -1,0 +1,367 @@
+"""A user's formula, read into a small closed set of nodes through a whitelist over Python's syntax tree; nothing is ever run.
+
+Every identifier gets a prefix before the text is parsed, so Python's and C's keywords are ordinary names here;
+only ``if else and or not`` are words of the language.
+"""
+
+from __future__ import annotations
+
+import ast
+import bisect
+import math
+import re
+import unicodedata
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from eomgen.errors import DescriptionError, Problem
+from eomgen.scene.evaluate import apply
+from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.names import is_legal, nearest, shown
+
+TEXT_LENGTH = 2000
+DEPTH = 50
+LARGEST_EXPONENT = 64.0
+WORDS = frozenset({"if", "else", "and", "or", "not"})
+FUNCTIONS: Mapping[str, int] = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("atan2", "min", "max"), 2),
+}
+RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
+ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
+CONFIGURATION_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}
+VELOCITY_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 3, "free": 6}
+
+_PREFIX = "n_"
+_TOKEN = re.compile(
+    r"(?P<space>[ \t\r\n]+)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?P<operator>\*\*|<=|>=|//|==|!=|:=|&&|\|\||.)",
+    re.DOTALL,
+)
+_OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
+_ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
+_ADVICE |= {"&&": "and", "||": "or", "!": "not"}
+_TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
+_ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
+_BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.Pow: "pow"}
+_COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
+
+
+class FormulaError(DescriptionError):
+    """A formula that cannot be taken: ``what``, ``column`` (from 1) and ``hint`` say why."""
+
+    def __init__(self, what: str, column: int, hint: str = "") -> None:
+        self.what = f"{what} (column {column})"
+        self.column = column
+        self.hint = hint
+        super().__init__(Problem("formula", self.what, hint))
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies."""
+
+    description: str
+    kinds: frozenset[str]
+
+
+_STATE = frozenset({"parameter", "time", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
+FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
+PARAMETERS = Scope("parameters", frozenset({"parameter"}))
+TIME = Scope("time and parameters", frozenset({"parameter", "time"}))
+SPRING_FORCE = Scope("time, parameters, inputs, positions and velocities (not accelerations or tensions)", _STATE)
+STATE = Scope("time, parameters, inputs, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
+EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names that formulas of one scene may mention.
+
+    Attributes
+    ----------
+    parameters : mapping from name to whether it is tunable.
+    joints : mapping from name to joint type; an empty type where it is not known.
+    """
+
+    parameters: Mapping[str, bool] = field(default_factory=dict)
+    inputs: tuple[str, ...] = ()
+    joints: Mapping[str, str] = field(default_factory=dict)
+    points: tuple[str, ...] = ()
+    springs: tuple[str, ...] = ()
+
+
+def read_formula(text: str, names: Names, scope: Scope) -> Formula:
+    """Read a formula.
+
+    Parameters
+    ----------
+    text : str
+        At most 2000 characters and 50 levels.
+    names : Names
+        What the scene declares.
+    scope : Scope
+        Which kinds of symbols may occur here.
+
+    Raises
+    ------
+    FormulaError
+        With the column and what to try.
+    """
+    return _Reader(text, names, scope).read()
+
+
+class _Reader:
+    def __init__(self, text: str, names: Names, scope: Scope) -> None:
+        self.text = text
+        self.names = names
+        self.scope = scope
+        self.aliased_starts: list[int] = []
+        self.aliased_length = 0
+        self.columns: list[int] = []
+
+    def read(self) -> Formula:
+        if len(self.text) > TEXT_LENGTH:
+            what = f"the formula has {len(self.text)} characters, more than {TEXT_LENGTH}"
+            raise FormulaError(what, TEXT_LENGTH + 1, "parameters or inputs for its parts")
+        if not self.text.strip():
+            raise FormulaError("the formula is empty", 1, "a number")
+        aliased = self.alias()
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SyntaxWarning)
+                tree = ast.parse(aliased, mode="eval")
+        except SyntaxError as error:
+            column = self.column(max((error.offset or 1) - 1, 0))
+            rest = self.text[column - 1 :].strip()
+            near = f"at {shown(rest[:20])}" if rest else "at its end"
+            what = f"the formula is not well formed {near}"
+            raise FormulaError(what, column, "operators between terms and matching brackets") from None
+        except (RecursionError, MemoryError, ValueError):
+            raise FormulaError(_TOO_DEEP, 1, "a shorter formula") from None
+        return self.convert(tree.body, 1)[0]
+
+    def alias(self) -> str:
+        """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised."""
+        pieces: list[str] = []
+        length = brackets = 0
+        before = ("", "")
+        for match in _TOKEN.finditer(self.text):
+            kind, token, column = str(match.lastgroup), match.group(), match.start() + 1
+            if kind == "space":
+                piece = " " if pieces else ""  # Python takes a blank at the start for an indentation
+            elif kind == "number":
+                piece = self.number_text(token, column, match.end())
+            elif kind == "name":
+                piece = token if token in WORDS and before != ("operator", ".") else _PREFIX + token
+            elif token in _OPERATORS:
+                brackets += (token in "([") - (token in ")]")
+                if brackets > DEPTH:
+                    raise FormulaError(_TOO_DEEP, column, "a shorter formula")
+                piece = token
+            else:
+                raise self.refused(token, column)
+            self.aliased_starts.append(length)
+            self.columns.append(column)
+            pieces.append(piece)
+            length += len(piece)
+            if kind != "space":
+                before = (kind, token)
+        self.aliased_length = length
+        return "".join(pieces)
+
+    def number_text(self, token: str, column: int, end: int) -> str:
+        if end < len(self.text) and (self.text[end].isalnum() or self.text[end] == "_"):
+            raise FormulaError(f"the number {shown(token)} runs into a name", column, f"a * after {token[:20]}")
+        if token.isdigit() and len(token) <= 15:
+            return str(int(token))
+        value = float(token)
+        if not math.isfinite(value):
+            raise FormulaError(f"the number {shown(token)} is too large", column, "a number below 1e308")
+        return repr(value)
+
+    def refused(self, token: str, column: int) -> FormulaError:
+        if token in _ADVICE:
+            return FormulaError(f"the operator {shown(token)} is not part of formulas", column, _ADVICE[token])
+        if token in "'\"`":
+            return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
+        title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
+        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, _ALPHABET)
+
+    def column(self, offset: int) -> int:
+        """Return the user's column (from 1) for an offset in the parser's text."""
+        if offset >= self.aliased_length:
+            return len(self.text) + 1
+        return self.columns[bisect.bisect_right(self.aliased_starts, offset) - 1]
+
+    def error(self, node: ast.expr, what: str, hint: str = "") -> FormulaError:
+        return FormulaError(what, self.column(node.col_offset), hint)
+
+    def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
+        """Return the formula of a node, and its value where it is a constant."""
+        if depth > DEPTH:
+            raise self.error(node, f"{_TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            value = float(node.value)  # type: ignore[arg-type]
+            return Number(value), value
+        if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
+            return self.binary(node, depth)
+        if isinstance(node, ast.UnaryOp):
+            return self.unary(node, depth)
+        if isinstance(node, ast.Compare):
+            return self.comparison(node, depth)
+        if isinstance(node, ast.BoolOp):
+            parts = [self.condition(value, depth + 1) for value in node.values]
+            return self.fold(node, "mul" if isinstance(node.op, ast.And) else "max", parts)
+        if isinstance(node, ast.IfExp):
+            branches = [self.convert(branch, depth + 1) for branch in (node.body, node.orelse)]
+            return self.operation(node, "select", [self.condition(node.test, depth + 1), *branches])
+        if isinstance(node, ast.Call):
+            return self.call(node, depth)
+        if isinstance(node, ast.Name):
+            return self.bare(node)
+        if isinstance(node, ast.Attribute | ast.Subscript):
+            return self.quantity(node), None
+        raise self.error(node, "this is not a number, a name, an operation or a function", "one expression that gives one number")
+
+    def operation(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+        values = [value for _, value in parts if value is not None]
+        value = None
+        if len(values) == len(parts):
+            try:
+                value = apply(name, values)
+            except ArithmeticError as error:
+                raise self.error(node, f"the constant {error}", "a finite constant") from None
+        return Operation(name, tuple(formula for formula, _ in parts)), value
+
+    def fold(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+        result = parts[0]
+        for part in parts[1:]:
+            result = self.operation(node, name, [result, part])
+        return result
+
+    def binary(self, node: ast.BinOp, depth: int) -> tuple[Formula, float | None]:
+        name = _BINARY[type(node.op)]
+        parts = [self.convert(node.left, depth + 1), self.convert(node.right, depth + 1)]
+        exponent = parts[1][1]
+        if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
+            what = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
+            raise self.error(node.right, what, "exp() or a smaller exponent")
+        return self.operation(node, name, parts)
+
+    def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
+        if isinstance(node.op, ast.Not):
+            return self.operation(node, "sub", [(Number(1.0), 1.0), self.condition(node.operand, depth + 1)])
+        formula, value = self.convert(node.operand, depth + 1)
+        if isinstance(node.op, ast.UAdd):
+            return formula, value
+        if isinstance(formula, Number):
+            return Number(-formula.value), -formula.value
+        return self.operation(node, "neg", [(formula, value)])
+
+    def comparison(self, node: ast.Compare, depth: int) -> tuple[Formula, float | None]:
+        operands = [self.convert(operand, depth + 1) for operand in (node.left, *node.comparators)]
+        parts = []
+        for place, operator in enumerate(node.ops):
+            if type(operator) not in _COMPARISONS:
+                raise self.error(node, "this comparison is not part of formulas", "< <= > >=")
+            name, swapped = _COMPARISONS[type(operator)]
+            pair = operands[place : place + 2]
+            parts.append(self.operation(node, name, pair[::-1] if swapped else pair))
+        return self.fold(node, "mul", parts)
+
+    def condition(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
+        is_not = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+        if not (is_not or isinstance(node, ast.Compare | ast.BoolOp)):
+            raise self.error(node, "a condition is needed here, not a number", "a comparison such as x > 0")
+        return self.convert(node, depth)
+
+    def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
+        if not isinstance(node.func, ast.Name):
+            raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
+        name = node.func.id.removeprefix(_PREFIX)
+        if name not in FUNCTIONS:
+            raise self.error(node, f"unknown function {shown(name)}", nearest(name, sorted(FUNCTIONS)))
+        if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
+            raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
+        count, variadic = FUNCTIONS[name], name in ("min", "max")
+        if len(node.args) != count and not (variadic and len(node.args) > count):
+            needed = f"{count} arguments or more" if variadic else f"{count} argument{'s' * (count > 1)}"
+            raise self.error(node, f"{name}() takes {needed}, not {len(node.args)}")
+        parts = [self.convert(argument, depth + 1) for argument in node.args]
+        return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
+
+    def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
+        name = node.id.removeprefix(_PREFIX)
+        if name == "pi":
+            return Number(math.pi), math.pi
+        if name == "t":
+            self.allow(node, "time", "time t")
+            return Symbol("time"), None
+        if name in self.names.parameters:
+            if self.names.parameters[name] and "fixed" in self.scope.kinds:
+                what = f"the tunable parameter {shown(name)} cannot be used here"
+                raise self.error(node, what, "a fixed parameter (tunable = false)")
+            self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
+            return Symbol("parameter", name), None
+        if name in self.names.inputs:
+            self.allow(node, "input", f"the input {shown(name)}")
+            return Symbol("input", name), None
+        if name in FUNCTIONS:
+            raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
+        if name in self.names.joints:
+            raise self.error(node, f"{shown(name)} is a joint, not a number", f"q.{name} or v.{name}")
+        known = [*self.names.parameters, *self.names.inputs, *FUNCTIONS, "t", "pi"]
+        raise self.error(node, f"unknown name {shown(name)}", nearest(name, known))
+
+    def allow(self, node: ast.expr, kind: str, what: str) -> None:
+        if kind not in self.scope.kinds:
+            raise self.error(node, f"{what} cannot be used here", f"{self.scope.description} only")
+
+    def quantity(self, node: ast.Attribute | ast.Subscript) -> Symbol:
+        index = None
+        inner: ast.expr = node
+        if isinstance(node, ast.Subscript):
+            if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
+                raise self.error(node, "an index must be a whole number", "[0]")
+            index, inner = int(node.slice.value), node.value
+        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+            raise self.error(node, "only quantities such as q.joint or position.point[2] have parts")
+        kind, name = inner.value.id.removeprefix(_PREFIX), inner.attr.removeprefix(_PREFIX)
+        known, size = self.family(kind, name)
+        if known is None:
+            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, _KINDS))
+        scope_kind = "power" if kind == "energy" and name.endswith("power") else kind
+        self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
+        if name not in known:
+            raise self.error(node, f"{kind}.{name[:64]}: there is no {_KINDS[kind]} {shown(name)}", nearest(name, known))
+        if size is None:
+            return Symbol(kind, name, index or 0)
+        if size == 0:
+            raise self.error(node, f"{kind}.{name}: a fixed joint has no coordinates", "a moving joint")
+        if index is None and size > 1:
+            raise self.error(node, f"{kind}.{name} has {size} components", f"{kind}.{name}[0]")
+        if index is not None and index >= size:
+            raise self.error(node, f"{kind}.{name} has no component {index}", f"an index from 0 to {size - 1}")
+        return Symbol(kind, name, index or 0)
+
+    def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
+        """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
+        if kind in ("q", "v", "a"):
+            sizes = CONFIGURATION_SIZE if kind == "q" else VELOCITY_SIZE
+            return list(self.names.joints), sizes.get(self.names.joints.get(name, ""))
+        if kind in ("position", "velocity", "acceleration"):
+            return list(self.names.points), 3
+        if kind in ("length", "rate", "tension"):
+            return list(self.names.springs), 1
+        return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+_KINDS: Mapping[str, str] = {
+    **dict.fromkeys(("q", "v", "a"), "joint"),
+    **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
+    **dict.fromkeys(("length", "rate", "tension"), "spring"),
+    "energy": "energy",
+}

@@ -1,0 +1,52 @@
+"""Names that the user may give, and how a text of the user is shown in a message."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+
+NAME_LENGTH = 64
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
+_SHOWN = 48
+_LISTED = 8
+
+
+def is_legal(name: str) -> bool:
+    """Tell whether a name is an ASCII identifier of at most 64 characters."""
+    return _NAME.fullmatch(name) is not None
+
+
+def shown(text: object) -> str:
+    """Return a quoted, escaped and shortened form of a user's text that is safe in a terminal."""
+    quoted = ascii(text)
+    if len(quoted) <= _SHOWN:
+        return quoted
+    return f"{quoted[:_SHOWN]}..." + (quoted[0] if isinstance(text, str) else "")
+
+
+def key_of(*parts: str | int) -> str:
+    """Join keys and indices to one dotted key, ``bodies.arm.inertia[2]``; illegal names appear quoted."""
+    key = ""
+    for part in parts:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        else:
+            key += ("." if key else "") + (part if is_legal(part) else shown(part))
+    return key
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names separated by commas, shortened after the eighth."""
+    every = [name if is_legal(name) else shown(name) for name in names]
+    more = f" and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
+    return ", ".join(every[:_LISTED]) + more
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a hint: the known names closest to ``name``, or what names there are."""
+    every = [candidate for candidate in known if is_legal(candidate)]
+    close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
+    if close:
+        return " or ".join(close)
+    return f"one of {listed(every)}" if every else ""

@@ -1,0 +1,105 @@
+"""Scenes from files: one door for TOML and URDF."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from eomgen.errors import DescriptionError, FileError, Problem, UsageError
+from eomgen.scene.names import shown
+from eomgen.scene.scene import Scene
+
+LARGEST_FILE = 10_000_000
+_TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
+
+
+def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()) -> Scene:
+    """Read a scene from a ``.toml`` or ``.urdf`` file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    strict : bool
+        Refuse what an importer would leave out with a note.
+    root : str
+        For URDF: whether the root link is ``fixed`` to the base or ``free``.
+    lock : sequence of str
+        For URDF: moving joints to be fixed at zero.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is larger than 10 MB.
+    DescriptionError
+        With everything that is wrong with its content.
+    UsageError
+        If the kind of file is not known, or an option does not fit it.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind not in (".toml", ".urdf", ".xml"):
+        hint = "xacro first, to make a .urdf of it" if kind == ".xacro" else "a .toml scene or a .urdf file"
+        raise UsageError(f"{shown(str(path))} is not a kind of file that can be read", hint)
+    if kind == ".toml" and (root != "fixed" or lock):
+        raise UsageError("root and lock are for URDF only", 'type = "fixed" for the joint in the scene file')
+    text = read_text(path)
+    if kind == ".toml":
+        return load_toml(text, file=path.name)
+    from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
+
+    return load_urdf(text, file=path.name, strict=strict, root=root, lock=lock)
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a UTF-8 file, with or without a byte order mark.
+
+    Raises
+    ------
+    FileError, DescriptionError
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise FileError(Problem(shown(str(path)), f"cannot be read: {reason}", "another path")) from None
+    if len(data) > LARGEST_FILE:
+        raise FileError(Problem(path.name, f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description"))
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        problem = Problem(f"{path.name}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
+        raise DescriptionError(problem) from None
+
+
+def load_toml(text: str, *, file: str = "scene.toml") -> Scene:
+    """Read a scene from the text of a TOML file; ``file`` is the name for messages.
+
+    Raises
+    ------
+    DescriptionError
+    """
+    from eomgen.scene.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
+    from eomgen.scene.lines import line_index  # noqa: PLC0415
+
+    data = _toml(text, file)
+    return from_data(data, file=file, lines=line_index(text))
+
+
+def _toml(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        message = str(error)
+        place = _TOML_PLACE.search(message)
+        where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
+        what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
+        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", "TOML syntax: key = value, texts in quotes")
+        raise DescriptionError(problem) from None
+    except RecursionError:
+        raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None

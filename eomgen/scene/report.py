@@ -1,0 +1,62 @@
+"""Problems gathered under dotted keys, so that a description is refused once, with everything that is wrong in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from operator import itemgetter
+
+from eomgen.errors import DescriptionError, Problem
+
+_LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
+_MOST = 100
+
+
+class Report:
+    """The problems of one description.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file or other source, shown in every message.
+    lines : mapping
+        Line (or ``file:line``) of each dotted key; a key without one takes its parent's.
+    """
+
+    def __init__(self, file: str, lines: Mapping[str, int | str]) -> None:
+        self.file = file
+        self.lines = lines
+        self.found: list[tuple[int, Problem]] = []
+
+    def place(self, key: str) -> str:
+        """Return ``file:line`` of a key, or of the nearest key above it."""
+        while key:
+            if key in self.lines:
+                line = self.lines[key]
+                return line if isinstance(line, str) else f"{self.file}:{line}"
+            shorter = _LAST_PART.sub("", key)
+            key = shorter if shorter != key else ""
+        return self.file
+
+    def where(self, key: str) -> str:
+        """Return ``file:line (key)``."""
+        return f"{self.place(key)} ({key})" if key else self.file
+
+    def add(self, key: str, what: str, hint: str = "") -> None:
+        """Note a problem."""
+        line = re.search(r":(\d+)$", self.place(key))
+        self.found.append((int(line[1]) if line else 0, Problem(self.where(key), what, hint)))
+
+    def raise_problems(self) -> None:
+        """Raise one error with every problem noted so far, in the order of lines, if there is any.
+
+        Raises
+        ------
+        DescriptionError
+        """
+        problems = [problem for _, problem in sorted(self.found, key=itemgetter(0))]
+        if len(problems) > _MOST:
+            more = Problem(self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired")
+            problems[_MOST:] = [more]
+        if problems:
+            raise DescriptionError(problems)

@@ -1,0 +1,75 @@
+"""Constant rotations: from axis and angle, roll-pitch-yaw and quaternions, with right angles made exact.
+
+A matrix maps the rotated frame's axes to the fixed frame's; sequences are intrinsic, in order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+SNAP = 1e-10
+
+
+def snapped(entries: Array) -> Array:
+    """Return the entries with those within 1e-10 of 0, 1 or -1 rounded, which repairs angles written to few digits."""
+    rounded = np.round(entries)
+    return np.where((np.abs(entries - rounded) <= SNAP) & (np.abs(rounded) <= 1.0), rounded, entries) + 0.0
+
+
+def unit_axis(axis: Sequence[float]) -> Array | None:
+    """Return the unit vector along ``axis``, snapped to coordinate axes; None where it has no direction."""
+    vector = np.array(axis, dtype=float)
+    largest = float(np.max(np.abs(vector)))
+    if not (math.isfinite(largest) and largest > 1e-150):
+        return None
+    vector = vector / largest
+    result = snapped(vector / np.linalg.norm(vector))
+    return result / np.linalg.norm(result)
+
+
+def about_axis(axis: Array, angle: float) -> Array:
+    """Return the matrix of a rotation by ``angle`` about a unit ``axis`` (Rodrigues)."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(axis, axis)
+
+
+def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
+    """Return the matrix of intrinsic rotations, in order, snapped."""
+    matrix = np.eye(3)
+    for axis, angle in rotations:
+        matrix = matrix @ snapped(about_axis(axis, angle))
+    return snapped(matrix)
+
+
+def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the matrix of URDF's ``rpy``: extrinsic about x, y, z, that is intrinsic about z, y, x; not snapped."""
+    x, y, z = np.eye(3)
+    return about_axis(z, yaw) @ about_axis(y, pitch) @ about_axis(x, roll)
+
+
+def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, float, float, float]:
+    """Return the unit quaternion (w, x, y, z) of intrinsic rotations, in order."""
+    quaternion = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, angle in rotations:
+        w, vector = quaternion[0], quaternion[1:]
+        cosine, turned = math.cos(angle / 2.0), math.sin(angle / 2.0) * axis
+        quaternion = np.array([w * cosine - vector @ turned, *(w * turned + cosine * vector + np.cross(vector, turned))])
+    quaternion /= np.linalg.norm(quaternion)
+    return float(quaternion[0]), float(quaternion[1]), float(quaternion[2]), float(quaternion[3])
+
+
+def is_rotation(matrix: Array) -> bool:
+    """Tell whether a matrix is orthonormal and right-handed to 1e-9."""
+    return bool(np.max(np.abs(matrix @ matrix.T - np.eye(3))) <= 1e-9 and np.linalg.det(matrix) > 0.0)
+
+
+def rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
+    """Return a 3x3 matrix as a tuple of rows of plain floats."""
+    return tuple((float(row[0]), float(row[1]), float(row[2])) for row in matrix)

@@ -1,0 +1,103 @@
+"""The values of a scene's keys: formulas read in their scope, and their numbers at the default parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from eomgen.scene.evaluate import evaluate, symbols
+from eomgen.scene.formula import FIXED_PARAMETERS, FormulaError, Names, Scope, read_formula
+from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.report import Report
+from eomgen.scene.rotation import Array, unit_axis
+from eomgen.scene.scene import Rotation, Vector
+from eomgen.scene.schema import Rotation as WrittenRotation
+
+UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
+
+
+class Values:
+    """Reads values and reports what is wrong under their keys.
+
+    Parameters
+    ----------
+    names : Names
+        What formulas may mention.
+    parameters : mapping
+        Default value of each parameter, NaN where it is not known.
+    report : Report
+        Takes the problems.
+    """
+
+    def __init__(self, names: Names, parameters: Mapping[str, float], report: Report) -> None:
+        self.names = names
+        self.parameters = parameters
+        self.report = report
+
+    def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
+        """Return a formula; ``UNKNOWN`` where it cannot be read."""
+        if not isinstance(value, str):
+            return Number(value)
+        try:
+            return read_formula(value, self.names, scope)
+        except FormulaError as error:
+            self.report.add(key, error.what, error.hint)
+            return UNKNOWN
+
+    def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
+        """Return three formulas."""
+        x, y, z = (self.formula(f"{key}[{place}]", entry, scope) for place, entry in enumerate(value))
+        return x, y, z
+
+    def number(self, key: str, formula: Formula) -> float:
+        """Return the value of a formula of parameters at their defaults; NaN where it is not known."""
+        if formula is UNKNOWN or any(math.isnan(self.default(symbol)) for symbol in symbols(formula)):
+            return math.nan
+        try:
+            return evaluate(formula, self.default)
+        except ArithmeticError as error:
+            self.report.add(key, f"at the default parameters, {error}", "other parameter values")
+            return math.nan
+
+    def default(self, symbol: Symbol) -> float:
+        """Return the default value of a parameter."""
+        return self.parameters.get(symbol.name, math.nan)
+
+    def constant(self, key: str, value: float | str) -> float:
+        """Return the number that a value of fixed parameters stands for; NaN where it is not known."""
+        return self.number(key, self.formula(key, value, FIXED_PARAMETERS))
+
+    def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
+        """Return the numbers of a list of constants."""
+        return [self.constant(f"{key}[{place}]", value) for place, value in enumerate(values)]
+
+    def axis(self, key: str, value: Sequence[float | str]) -> Array | None:
+        """Return a unit axis; None where there is none, which is reported."""
+        numbers = self.constants(key, value)
+        if not np.all(np.isfinite(numbers)):
+            return None
+        axis = unit_axis(numbers)
+        if axis is None:
+            self.report.add(key, "the axis has no direction", "an axis such as [0, 0, 1]")
+        return axis
+
+    def rotations(self, key: str, value: Sequence[WrittenRotation], scope: Scope) -> tuple[Rotation, ...]:
+        """Return intrinsic rotations whose angles are formulas; those without an axis are left out."""
+        result = []
+        for place, rotation in enumerate(value):
+            axis = self.axis(f"{key}[{place}].axis", rotation.axis)
+            angle = self.formula(f"{key}[{place}].angle", rotation.angle, scope)
+            if axis is not None:
+                result.append(Rotation((float(axis[0]), float(axis[1]), float(axis[2])), angle))
+        return tuple(result)
+
+    def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
+        """Return intrinsic rotations by constant angles; None where one of them is not known."""
+        result = []
+        for place, rotation in enumerate(self.rotations(key, value, FIXED_PARAMETERS)):
+            result.append((np.array(rotation.axis), self.number(f"{key}[{place}].angle", rotation.angle)))
+        if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
+            return None
+        return result
