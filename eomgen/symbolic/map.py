@@ -202,11 +202,12 @@ def splice(target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[In
         elif op is Op.MAP:
             raise ValueError("cannot copy the result of a Map to another tape; unroll the Map first")
         else:
-            copy[node] = _record(target, op, [there(ref) for ref in source.operands(node)])
+            copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
     return [there(ref) for ref in refs]
 
 
-def _record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
+def record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
+    """Record an operation, other than a leaf or the result of a Map, by its code."""
     match op:
         case Op.ADD:
             return tape.add(operands[0], operands[1])

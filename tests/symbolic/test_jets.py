@@ -1,0 +1,183 @@
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from random_tapes import build, programs
+
+from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.jets import (
+    configuration_jets,
+    jets,
+    pose_jet,
+    quaternion_jet,
+    taylor_coefficients,
+    time_derivatives,
+)
+from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
+
+ORDER = 6
+X = ((0.37, 0.5, -0.4, 0.9, 0.3, -0.7, 1.1), (0.81, -0.6, 0.2, 0.1, -1.3, 0.8, 0.4))
+
+
+def moving_inputs(tape, count):
+    """Return the jets of inputs x whose coefficients of order 1.. are inputs c."""
+    return {
+        InputSymbol("x", k): [tape.input("x", k), *(tape.input("c", k * ORDER + i) for i in range(ORDER))] for k in range(count)
+    }
+
+
+def at(paths):
+    return {"x": [path[0] for path in paths], "c": [entry for path in paths for entry in path[1:]]}
+
+
+def taylor(tape, output, paths):
+    """Return the Taylor coefficients of an output by numerical differentiation at sixty digits."""
+    with mpmath.workdps(60):
+
+        def along(t):
+            return evaluate_mpmath(tape, [output], {"x": [mpmath.polyval(list(reversed(path)), t) for path in paths]})[0]
+
+        return [float(value) for value in mpmath.taylor(along, 0, ORDER)]
+
+
+def record(tape, op, x, y):
+    if op in UNARY:
+        return tape.call(op, x)
+    special = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}
+    return special[op](x, y) if op in special else tape.call(op, x, y)
+
+
+@pytest.mark.parametrize(
+    "op", [*sorted(UNARY), Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE]
+)
+def test_every_operation_against_numerical_taylor_coefficients(op):
+    for paths in (X, X[::-1]):
+        tape = Tape()
+        output = record(tape, op, tape.input("x", 0), tape.input("x", 1))
+        [jet] = jets(tape, [output], moving_inputs(tape, 2), ORDER)
+        assert jet[0] == output
+        assert evaluate(tape, jet, at(paths)) == pytest.approx(taylor(tape, output, paths), rel=1e-12, abs=1e-14)
+
+
+@settings(max_examples=25, deadline=None)
+@given(programs)
+def test_random_tapes_against_numerical_taylor_coefficients(program):
+    tape, symbols, outputs = build(program)
+    [jet] = jets(tape, outputs[-1:], moving_inputs(tape, len(symbols)), ORDER)
+    paths = (*X, (-1.2, 0.3, 0.5, -0.2, 0.1, 0.4, -0.6))
+    expected = np.array(taylor(tape, outputs[-1], paths))
+    assert np.abs(evaluate(tape, jet, at(paths)) - expected).max() <= 1e-10 * (1.0 + np.abs(expected).max())
+
+
+def test_closed_forms_of_time_itself():
+    tape = Tape()
+    t = tape.input("t")
+    outputs = [tape.call(Op.SIN, t), tape.call(Op.EXP, t), tape.div(ONE, tape.add(ONE, t)), tape.call(Op.SQRT, tape.add(ONE, t)),
+               tape.add(tape.mul(t, tape.mul(t, t)), t)]  # fmt: skip
+    found = jets(tape, outputs, {t: [t, ONE]}, 6)
+    assert evaluate(tape, found[0], {"t": 0.0}) == pytest.approx([0, 1, 0, -1 / 6, 0, 1 / 120, 0], abs=1e-16)
+    assert evaluate(tape, found[1], {"t": 0.0}) == pytest.approx([1 / math.factorial(k) for k in range(7)], rel=1e-15)
+    assert evaluate(tape, found[2], {"t": 0.0}).tolist() == [1, -1, 1, -1, 1, -1, 1]
+    assert evaluate(tape, found[3], {"t": 0.0}).tolist() == [1, 1 / 2, -1 / 8, 1 / 16, -5 / 128, 7 / 256, -21 / 1024]
+    assert evaluate(tape, found[4], {"t": 2.0}).tolist() == [10, 13, 6, 1, 0, 0, 0]
+    assert found[4][4:] == [ZERO] * 3
+
+
+def test_a_varying_base_with_a_constant_exponent_may_be_negative():
+    tape = Tape()
+    t, n = tape.input("t"), tape.input("p")
+    [jet] = jets(tape, [tape.call(Op.POW, t, n)], {t: [t, ONE]}, 4)
+    assert evaluate(tape, jet, {"t": -2.0, "p": 3.0}).tolist() == pytest.approx([-8, 12, -6, 1, 0])
+
+
+def test_the_branch_of_a_select_is_followed():
+    tape = Tape()
+    t = tape.input("t")
+    output = tape.select(tape.call(Op.LT, t, ONE), tape.mul(t, t), tape.call(Op.EXP, t))
+    [jet] = jets(tape, [output], {t: [t, ONE]}, 3)
+    assert evaluate(tape, jet, {"t": 0.5}).tolist() == [0.25, 1.0, 1.0, 0.0]
+    assert evaluate(tape, jet, {"t": 2.0}) == pytest.approx([math.exp(2) / math.factorial(k) for k in range(4)], rel=1e-15)
+
+
+def test_inputs_without_a_jet_are_constant_and_order_zero_is_the_value():
+    tape = Tape()
+    x, p = tape.input("x"), tape.input("p")
+    output = tape.call(Op.LOG, tape.mul(x, p))
+    assert jets(tape, [output], {}, 3) == [[output, ZERO, ZERO, ZERO]]
+    assert jets(tape, [-output], {x: [x, ONE]}, 0) == [[-output]]
+
+
+def test_a_first_coefficient_may_substitute_the_input():
+    tape = Tape()
+    x, y = tape.input("x"), tape.input("y")
+    [jet] = jets(tape, [tape.mul(x, tape.call(Op.SIN, x))], {x: [y, ONE]}, 1)
+    assert jet == [tape.mul(y, tape.call(Op.SIN, y)), tape.add(tape.mul(y, tape.call(Op.COS, y)), tape.call(Op.SIN, y))]
+
+
+def test_coefficients_and_derivatives_are_inverse():
+    tape = Tape()
+    derivatives = [tape.input("x", k) for k in range(5)]
+    jet = taylor_coefficients(tape, derivatives)
+    values = evaluate(tape, jet, {"x": [1.0, 1.0, 1.0, 1.0, 1.0]})
+    assert values == pytest.approx([1, 1, 1 / 2, 1 / 6, 1 / 24], rel=1e-16)
+    assert evaluate(tape, time_derivatives(tape, jet), {"x": [3.0, 1.0, 4.0, 1.0, 5.0]}) == pytest.approx([3, 1, 4, 1, 5], rel=1e-15)
+
+
+def product(p, q):
+    p, q = np.asarray(p), np.asarray(q)
+    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
+
+
+UNIT = np.array([0.5, -0.1, 0.7, 0.5])
+UNIT /= np.linalg.norm(UNIT)
+
+
+def test_a_quaternion_of_constant_velocity_follows_the_exponential_series():
+    tape = Tape()
+    q, omega = [tape.input("q", k) for k in range(4)], [tape.input("v", k) for k in range(3)]
+    found = quaternion_jet(tape, q, [[ref] for ref in omega], 6)
+    velocity = np.array([0.8, -1.5, 0.4])
+    value = np.array([evaluate(tape, component, {"q": UNIT, "v": velocity}) for component in found])
+    term = UNIT
+    for k in range(7):
+        assert value[:, k] == pytest.approx(term, rel=1e-14, abs=1e-16)
+        term = product(term, [0.0, *velocity]) / (2 * (k + 1))
+
+
+def test_pose_and_quaternion_jets_follow_the_differential_equation():
+    tape = Tape()
+    pose = [tape.input("q", k) for k in range(7)]
+    paths = np.array([[0.8, 0.3, -0.2], [-1.5, 0.1, 0.6], [0.4, -0.9, 0.2], [1.0, 0.5, 0.1], [-0.3, 0.2, 0.7], [0.6, -0.4, 0.3]])
+    found = pose_jet(tape, pose, [[tape.constant(entry) for entry in path] for path in paths], 14)
+    point = np.array([*UNIT, 1.0, 2.0, 3.0])
+    coefficients = np.array([evaluate(tape, component, {"q": point}) for component in found])
+
+    def rate(t, state):
+        v = [sum(mpmath.mpf(c) * t**k for k, c in enumerate(path)) for path in paths]
+        turn = product(np.array(state[:4]), np.array([0, *v[:3]], dtype=object)) / 2
+        conjugate = np.array(state[:4]) * np.array([1, -1, -1, -1])
+        return [*turn, *product(product(np.array(state[:4]), np.array([0, *v[3:]], dtype=object)), conjugate)[1:]]
+
+    t = 0.1
+    solution = mpmath.odefun(rate, 0, [mpmath.mpf(entry) for entry in point])(t)
+    series = coefficients @ t ** np.arange(15)
+    assert series == pytest.approx([float(entry) for entry in solution], abs=3e-15)
+
+
+def test_configuration_jets_of_a_product_of_groups():
+    tape = Tape()
+    velocity = [[tape.input("v", k), tape.input("a", k)] for k in range(5)]
+    found = configuration_jets(tape, [("R", 0, 1, 0), ("SO3", 1, 4, 1), ("R", 5, 1, 4)], velocity, 2)
+    half = tape.constant(0.5)
+    assert found[tape.input("q", 5)] == [tape.input("q", 5), tape.input("v", 4), tape.mul(half, tape.input("a", 4))]
+    assert [found[tape.input("q", k)] for k in range(1, 5)] == quaternion_jet(
+        tape, [tape.input("q", k) for k in range(1, 5)], velocity[1:4], 2
+    )
+    pose = configuration_jets(tape, [("SE3", 0, 7, 0)], [*velocity, [tape.input("v", 5)]], 2)
+    assert len(pose) == 7
+    with pytest.raises(ValueError, match="no jet for group 'SU2'; known: R, SO3, SE3"):
+        configuration_jets(tape, [("SU2", 0, 4, 0)], velocity, 2)
