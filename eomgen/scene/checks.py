@@ -123,5 +123,7 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
             fault = immovable(joint.type, np.array(joint.axis), combined(parts), rotor_inertia)
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
-                values.report.add(key, what, f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint")
+                values.report.add(
+                    key, what, f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
+                )
         moving_beyond.add(joint.parent)

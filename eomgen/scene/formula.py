@@ -237,10 +237,11 @@ class _Reader:
         return Operation(name, tuple(formula for formula, _ in parts)), value
 
     def fold(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
-        result = parts[0]
-        for part in parts[1:]:
-            result = self.operation(node, name, [result, part])
-        return result
+        """Apply an associative operation to many arguments by halves, which keeps the depth small."""
+        if len(parts) == 1:
+            return parts[0]
+        half = len(parts) // 2
+        return self.operation(node, name, [self.fold(node, name, parts[:half]), self.fold(node, name, parts[half:])])
 
     def binary(self, node: ast.BinOp, depth: int) -> tuple[Formula, float | None]:
         name = _BINARY[type(node.op)]

@@ -47,6 +47,10 @@ class Report:
         line = re.search(r":(\d+)$", self.place(key))
         self.found.append((int(line[1]) if line else 0, Problem(self.where(key), what, hint)))
 
+    def add_at(self, line: int, key: str, what: str, hint: str = "") -> None:
+        """Note a problem at a line that is known otherwise."""
+        self.found.append((line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), what, hint)))
+
     def raise_problems(self) -> None:
         """Raise one error with every problem noted so far, in the order of lines, if there is any.
 

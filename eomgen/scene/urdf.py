@@ -1,0 +1,226 @@
+"""A URDF as a scene: what is fixed is merged, what is not modelled is listed, and the rest takes the road of every scene.
+
+A link's frame is its joint's frame at zero, in URDF as here, so placements are taken over as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import UsageError
+from eomgen.scene.assemble import from_data
+from eomgen.scene.inertia import Inertia, combined, impossible
+from eomgen.scene.names import listed, nearest, shown
+from eomgen.scene.report import Report
+from eomgen.scene.rotation import Array, rows, snapped
+from eomgen.scene.scene import BASE, Scene
+from eomgen.scene.urdf_elements import Joint, Robot, read_robot
+from eomgen.scene.xml_reader import read_xml
+
+_ROOT_JOINT = "root_joint"
+_MEANING = {
+    "limit": "limits of position, velocity and effort",
+    "friction": "dry friction",
+    "mimic": "coupling of joints by mimic, which move independently here",
+    "safety_controller": "safety controllers",
+    "calibration": "calibration",
+    "transmission": "transmissions",
+    "gazebo": "settings of Gazebo",
+}
+
+
+def load_urdf(
+    text: str, *, file: str = "robot.urdf", strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()
+) -> Scene:
+    """Read a scene from the text of a URDF file; see ``reader.load``.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
+    if root not in ("fixed", "free"):
+        raise UsageError(f"root is {shown(root)}", "fixed or free")
+    report = Report(file, {})
+    robot = read_robot(read_xml(text, file), report)
+    by_written = {robot.original.get(name, name): name for name in robot.joints}
+    for name in lock:
+        if name not in by_written:
+            raise UsageError(f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
+    locked = {by_written[name] for name in lock}
+    for joint in robot.joints.values():
+        if joint.written_type == "planar" and joint.name not in locked:
+            report.add_at(
+                joint.line, f"joints.{joint.name}", "planar joints are not modelled", "two prismatic joints and a revolute one"
+            )
+    report.raise_problems()
+    order = _from_root(robot, report)
+    merger = _Merger(robot, order, locked, root)
+    notes = [*merger.notes, *_notes(robot, locked)]
+    doubts = [*_doubtful_inertias(robot), *_left_out(robot, locked)]
+    if strict:
+        for line, note in doubts:
+            report.add_at(line, "", note, "strict = False, to go on without")
+        report.raise_problems()
+    return from_data(
+        merger.data,
+        file=file,
+        lines=merger.lines,
+        notes=[*notes, *(note for _, note in doubts)],
+        inertias_checked=True,
+    )
+
+
+def _from_root(robot: Robot, report: Report) -> list[Joint]:
+    """Return the joints with parents first, in the file's order otherwise; raise what breaks the tree."""
+    carrier: dict[str, Joint] = {}
+    children: dict[str, list[Joint]] = {name: [] for name in robot.links}
+    for joint in robot.joints.values():
+        if joint.child in carrier:
+            what = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
+            report.add_at(joint.line, f"joints.{joint.name}", what, "one joint for each link: closed loops are not part of URDF")
+        carrier.setdefault(joint.child, joint)
+        children[joint.parent].append(joint)
+    roots = [name for name in robot.links if name not in carrier]
+    if len(roots) != 1:
+        what = (
+            f"there are {len(roots)} root links: {listed(roots)}" if roots else "no link is the root: the joints run in a circle"
+        )
+        report.add_at(1, "", what, "one link that is no joint's child")
+    report.raise_problems()
+    order: list[Joint] = []
+    waiting = children[roots[0]][::-1]
+    while waiting:
+        joint = waiting.pop()
+        order.append(joint)
+        waiting += children[joint.child][::-1]
+    lost = [name for name in robot.joints if robot.joints[name] not in order]
+    if lost:
+        report.add_at(
+            robot.joints[lost[0]].line, "", f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}", ""
+        )
+    report.raise_problems()
+    return order
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a link sits: on which body, and how."""
+
+    body: str
+    orientation: Array
+    position: Array
+
+
+class _Merger:
+    """Makes one body of links that are fixed to one another; their frames stay as points."""
+
+    def __init__(self, robot: Robot, order: Sequence[Joint], locked: Iterable[str], root: str) -> None:
+        self.robot = robot
+        self.locked = set(locked)
+        self.notes: list[str] = []
+        self.lines: dict[str, int | str] = {}
+        self.parts: dict[str, list[Inertia]] = {}
+        children = {joint.child for joint in order}
+        root_link = next(name for name in robot.links if name not in children)
+        self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "points": {}}
+        identity = (np.eye(3), np.zeros(3))
+        self.places = {root_link: _Place(BASE if root == "fixed" else self.body_name(root_link), *identity)}
+        if root == "free":
+            joint_name = _ROOT_JOINT if _ROOT_JOINT not in robot.joints else f"{_ROOT_JOINT}_free"
+            self.data["joints"][joint_name] = {"type": "free", "parent": BASE, "child": self.places[root_link].body}
+        self.add_part(root_link)
+        if root == "fixed":
+            self.data["points"][root_link] = {"body": BASE}
+            self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
+        for joint in order:
+            self.attach(joint)
+        self.make_bodies()
+
+    def body_name(self, link: str) -> str:
+        if link != BASE:
+            return link
+        name = "base_link" if "base_link" not in self.robot.links else "base_body"
+        while name in self.robot.links:
+            name += "_"
+        self.notes.append(f"the link {BASE} is the body {name}, because {BASE} is the name of the frame that carries the tree")
+        return name
+
+    def add_part(self, link: str) -> None:
+        place = self.places[link]
+        inertia = self.robot.links[link].inertia
+        self.parts.setdefault(place.body, []).append(inertia.moved(place.orientation, place.position))
+        self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
+
+    def attach(self, joint: Joint) -> None:
+        """Place a joint's child: on its parent's body where it is fixed, else as a body of its own."""
+        parent = self.places[joint.parent]
+        orientation = snapped(parent.orientation @ joint.orientation)
+        position = parent.orientation @ joint.position + parent.position
+        self.lines[f"joints.{joint.name}"] = joint.line
+        if joint.type == "fixed" or joint.name in self.locked:
+            self.places[joint.child] = _Place(parent.body, orientation, position)
+            self.data["points"][joint.child] = {"body": parent.body, "position": position.tolist()}
+            self.lines[f"points.{joint.child}"] = joint.line
+        else:
+            self.places[joint.child] = _Place(self.body_name(joint.child), np.eye(3), np.zeros(3))
+            entry: dict[str, Any] = {"type": joint.type, "parent": parent.body, "child": self.places[joint.child].body}
+            entry |= {"position": position.tolist(), "orientation": [list(row) for row in rows(orientation)]}
+            if joint.type != "free":
+                entry |= {"axis": list(joint.axis), "damping": joint.damping}
+            elif joint.damping:
+                self.robot.left_out.setdefault("damping of a floating joint", []).append(joint.name)
+            self.data["joints"][joint.name] = entry
+        self.add_part(joint.child)
+
+    def make_bodies(self) -> None:
+        merged = [name for name in self.data["points"] if name in self.robot.links]
+        if merged:
+            self.notes.append(
+                f"{len(merged)} links are merged into the bodies they are fixed to and kept as points: {listed(merged)}"
+            )
+        for body, parts in self.parts.items():
+            if body != BASE:
+                whole = combined(parts)
+                xx, yy, zz = np.diag(whole.about_center).tolist()
+                xy, xz, yz = (float(whole.about_center[row, column]) for row, column in ((0, 1), (0, 2), (1, 2)))
+                self.data["bodies"][body] = {
+                    "mass": whole.mass,
+                    "center_of_mass": whole.center.tolist(),
+                    "inertia": [xx, yy, zz, xy, xz, yz],
+                }
+
+
+def _notes(robot: Robot, locked: set[str]) -> list[str]:
+    notes = []
+    if locked:
+        notes.append(f"joints locked at zero: {listed(sorted(locked))}")
+    if robot.original:
+        pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
+        notes.append(f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}")
+    if robot.snapped:
+        notes.append(f"right angles made exact in the placement of the joints {listed(robot.snapped)}")
+    return notes
+
+
+def _doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
+    found = []
+    for link in robot.links.values():
+        fault = impossible(link.inertia.mass, link.inertia.about_center)
+        if fault:
+            found.append((link.line, f"link {link.name}: {fault}"))
+    return found
+
+
+def _left_out(robot: Robot, locked: set[str]) -> list[tuple[int, str]]:
+    """Return one note for each kind of thing that is not modelled."""
+    found = []
+    for tag, names in robot.left_out.items():
+        concerned = [name for name in dict.fromkeys(names) if name not in locked]
+        if concerned:
+            meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
+            found.append((1, f"not modelled: {meaning} ({len(concerned)}: {listed(concerned)})"))
+    return found
