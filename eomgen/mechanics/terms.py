@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from eomgen.mechanics.motion import BaseMotion, Field, base_fields, total_fields
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.tree import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, plus, scaled, skew
+from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled, skew
 
 Wrench = tuple[Vector, Vector]
 
@@ -26,6 +26,10 @@ def carry(link: Link, load: Wrench) -> Wrench:
     """Return a wrench on a link as the wrench on its parent, in the parent's axes and about the parent's origin."""
     moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
     return plus(moment, cross(link.position, force)), force
+
+
+def difference(first: Wrench, second: Wrench) -> Wrench:
+    return minus(first[0], second[0]), minus(first[1], second[1])
 
 
 def zero_base(tree: Tree) -> BaseMotion:
@@ -72,7 +76,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     inertial = field_wrenches(tree, fields)
     net = [
-        load if applied is None else (plus(load[0], scaled(-1.0, applied[0])), plus(load[1], scaled(-1.0, applied[1])))
+        load if applied is None else difference(load, applied)
         for load, applied in zip(inertial, loads, strict=True)
     ]
     efforts = generalized(tree, net, "inverse dynamics")

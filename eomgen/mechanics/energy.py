@@ -1,0 +1,83 @@
+"""Energies and powers: inertial kinetic and potential energy, non-conservative power, and the power that drives the base.
+
+Along every motion d(kinetic + potential)/dt = power + base power. Bodies' own inertial parameters are used, never grouped ones.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import sympy
+
+from eomgen.mechanics.base import BaseState
+from eomgen.mechanics.forces import Loads
+from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.motion import total_fields
+from eomgen.mechanics.rigid_body import Inertia
+from eomgen.mechanics.terms import carry, field_wrenches
+from eomgen.mechanics.tree import ROOT, Tree
+from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, dot, minus, plus, scaled
+
+
+@cache
+def kinetic_kernel() -> Kernel:
+    """Derive half the integral of |v + omega x s|^2 over the mass, in shape integrals m, d, S."""
+    s = sympy.Matrix(sympy.symbols("s0:3"))
+    v, omega = sympy.Matrix(sympy.symbols("v0:3")), sympy.Matrix(sympy.symbols("w0:3"))
+    speed = v + omega.cross(s)
+    square = sympy.Poly((speed.T * speed)[0] / 2, *s)
+    total = sympy.Integer(0)
+    for powers, coefficient in square.terms():
+        axes = [axis for axis, power in enumerate(powers) for _ in range(power)]
+        total += sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(axes)].format(*axes)) * coefficient
+    return Kernel((total,))
+
+
+def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
+    """Return the kinetic energy of a body from the twist of its frame's origin, in its axes."""
+    values = {"m": inertia.mass}
+    for i in range(3):
+        values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
+        for j in range(3):
+            values[f"S{i}{j}"] = inertia.second[i][j]
+    return kinetic_kernel().instantiate(algebra, values)[0]
+
+
+def energies(tree: Tree, kinematics: Kinematics, base: BaseState, loads: Loads) -> dict[str, Scalar]:
+    """Return kinetic and potential energy (J), power of non-conservative forces and power of the base (W)."""
+    algebra = tree.algebra
+    kinetic, potential = algebra.zero, loads.potential
+    for index, link in enumerate(tree.links):
+        with algebra.tape.block(f"energy of link {link.name}"):
+            kinetic = kinetic + kinetic_energy(algebra, link.inertia, *kinematics.inertial_twist(index))
+            for value in link.velocities:
+                kinetic = kinetic + 0.5 * (link.rotor_inertia * (value * value))
+            R, p = kinematics.pose(index)
+            moment = plus(scaled(link.inertia.mass, p), apply(R, link.inertia.first))
+            in_world = plus(scaled(link.inertia.mass, base.position), apply(base.orientation, moment))
+            potential = potential - dot(base.gravity_world, in_world)
+    found = {"kinetic": kinetic, "potential": potential, "total": kinetic + potential, "power": loads.power}
+    if base.moving:
+        found["base_power"] = base_power(tree, base, loads)
+    return found
+
+
+def base_power(tree: Tree, base: BaseState, loads: Loads) -> Scalar:
+    """Return the power of the wrench that the base exerts on the scene: all inertia less weight and external forces."""
+    algebra = tree.algebra
+    fields = total_fields(tree, base.motion(), accelerations=True, gravity=True)
+    net = field_wrenches(tree, fields)
+    for index, external in enumerate(loads.external):
+        if external is not None:
+            net[index] = (minus(net[index][0], external[0]), minus(net[index][1], external[1]))
+    moment, force = algebra.zero_vector, algebra.zero_vector
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        with algebra.tape.block(f"load that the base carries through joint {link.joint.name}"):
+            load = carry(link, net[index])
+            if link.parent == ROOT:
+                moment, force = plus(moment, load[0]), plus(force, load[1])
+            else:
+                net[link.parent] = (plus(net[link.parent][0], load[0]), plus(net[link.parent][1], load[1]))
+    return dot(moment, base.omega) + dot(force, base.velocity)

@@ -1,0 +1,100 @@
+"""Positions, velocities and accelerations of points and bodies, recorded only for those that are asked for."""
+
+from __future__ import annotations
+
+from eomgen.mechanics.base import BaseState
+from eomgen.mechanics.motion import Field, relative, total_fields
+from eomgen.mechanics.tree import ROOT, Mount, Tree
+from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, multiply, plus, transpose
+
+
+class Kinematics:
+    """Kinematics of one tree on one base; every quantity is recorded at its first use.
+
+    Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes.
+    """
+
+    def __init__(self, tree: Tree, base: BaseState) -> None:
+        self.tree = tree
+        self.base = base
+        self.algebra = tree.algebra
+        self._poses: dict[int, tuple[Matrix, Vector]] = {ROOT: (self.algebra.identity, self.algebra.zero_vector)}
+        self._twists: dict[int, tuple[Vector, Vector]] = {ROOT: (self.algebra.zero_vector, self.algebra.zero_vector)}
+        self._fields: list[Field] | None = None
+
+    def _path(self, link: int, known: dict[int, object]) -> list[int]:
+        path = []
+        while link not in known:
+            path.append(link)
+            link = self.tree.links[link].parent
+        return path[::-1]
+
+    def pose(self, link: int) -> tuple[Matrix, Vector]:
+        """Return orientation and origin of a link in base axes."""
+        for index in self._path(link, self._poses):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            R, p = self._poses[item.parent]
+            with self.algebra.tape.block(f"pose of link {item.name}"):
+                self._poses[index] = (multiply(R, item.rotation.matrix(self.algebra)), plus(p, apply(R, item.position)))
+        return self._poses[link]
+
+    def twist(self, link: int) -> tuple[Vector, Vector]:
+        """Return angular velocity and velocity of the origin of a link relative to the base, in link axes."""
+        for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            omega, velocity = self._twists[item.parent]
+            with self.algebra.tape.block(f"twist of link {item.name}"):
+                turn, slide = relative(self.algebra, item, item.velocities)
+                carried = item.rotation.rotate_back(plus(velocity, cross(omega, item.position)))
+                self._twists[index] = (plus(item.rotation.rotate_back(omega), turn), plus(carried, slide))
+        return self._twists[link]
+
+    def local(self, body: str, r: Vector) -> tuple[int, Vector]:
+        """Return link and coordinates in the link's frame of a point of a body."""
+        mount: Mount = self.tree.mounts[body]
+        return mount.link, plus(mount.position, apply(mount.orientation, r))
+
+    def position_in_base(self, body: str, r: Vector) -> Vector:
+        link, s = self.local(body, r)
+        R, p = self.pose(link)
+        return plus(p, apply(R, s))
+
+    def velocity_in_base(self, body: str, r: Vector) -> Vector:
+        """Return the velocity of a point relative to the base, in base axes."""
+        link, s = self.local(body, r)
+        omega, velocity = self.twist(link)
+        return apply(self.pose(link)[0], plus(velocity, cross(omega, s)))
+
+    def position(self, body: str, r: Vector) -> Vector:
+        """Return the position of a point in world axes."""
+        return plus(self.base.position, apply(self.base.orientation, self.position_in_base(body, r)))
+
+    def velocity(self, body: str, r: Vector) -> Vector:
+        """Return the inertial velocity of a point in world axes."""
+        carried = plus(self.base.velocity, cross(self.base.omega, self.position_in_base(body, r)))
+        return apply(self.base.orientation, plus(carried, self.velocity_in_base(body, r)))
+
+    def acceleration(self, body: str, r: Vector) -> Vector:
+        """Return the inertial acceleration of a point in world axes (it depends on the input block ``a``)."""
+        if self._fields is None:
+            self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
+        link, s = self.local(body, r)
+        if link == ROOT:
+            motion = self.base.motion()
+            turning = cross(motion.omega, cross(motion.omega, s))
+            return apply(self.base.orientation, plus(motion.acceleration, plus(cross(motion.alpha, s), turning)))
+        in_base = apply(self.pose(link)[0], self._fields[link].at(s))
+        return apply(self.base.orientation, in_base)
+
+    def orientation_in_world(self, body: str) -> Matrix:
+        """Return the rotation matrix of a body, body axes to world axes."""
+        mount = self.tree.mounts[body]
+        return multiply(self.base.orientation, multiply(self.pose(mount.link)[0], mount.orientation))
+
+    def inertial_twist(self, link: int) -> tuple[Vector, Vector]:
+        """Return inertial angular velocity and velocity of the origin of a link, in link axes."""
+        omega, velocity = self.twist(link)
+        R, p = self.pose(link)
+        back = transpose(R)
+        base_velocity = plus(self.base.velocity, cross(self.base.omega, p))
+        return plus(omega, apply(back, self.base.omega)), plus(velocity, apply(back, base_velocity))

@@ -1,0 +1,37 @@
+"""What a scene made necessary, and what it did not: one line each, for ``eomgen info`` and the emitted README."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eomgen.mechanics.tree import Tree
+from eomgen.scene.scene import Scene
+from eomgen.system import Facts, Function
+
+
+def kept_and_dropped(
+    scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return two lists of sentences: what is in the equations, and what was left out because the scene has none of it."""
+    kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
+    dropped: list[str] = []
+
+    def note(present: bool, what: str, why: str) -> None:
+        if not present:
+            dropped.append(f"{what}: {why}")
+
+    joints = scene.joints
+    fixed = [joint.name for joint in joints if joint.type == "fixed"]
+    if fixed:
+        dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
+    note(facts.moving_base, "base_motion, base struct", "the base is at rest")
+    note(scene.base is None or bool(scene.base.rotations), "rotation of the base", "the base only translates")
+    note(bool(scene.springs), "springs between points", "the scene has none")
+    note(bool(scene.forces or scene.efforts), "forces and efforts by formula", "the scene has none")
+    note(bool(scene.inputs), "inputs", "the scene has none")
+    note(any(parameter.tunable for parameter in scene.parameters), "parameter struct", "all parameters are fixed and folded")
+    note(any(not link.rotor_inertia.is_zero for link in tree.links), "rotor inertia", "no joint has any")
+    note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")
+    for term, why in (("outputs", "the scene names none"), ("partials", "not asked for"), ("energy", "not asked for")):
+        note(term in functions, term, why)
+    return tuple(kept), tuple(dropped)
