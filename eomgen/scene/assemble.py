@@ -10,8 +10,9 @@ from typing import Any
 from eomgen.errors import Problem
 from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
-from eomgen.scene.formula import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
+from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
@@ -51,7 +52,7 @@ def from_data(
     """
     report = Report(file, lines or {})
     report.found += [(0, problem) for problem in problems]
-    document, refused = written.read_document(data, report)
+    document, refused = read_document(data, report)
     if any("" in names for names in refused.values()):
         report.raise_problems()
     document = checks.check_names(document, refused, report)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.formula import RESERVED
+from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
 from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report

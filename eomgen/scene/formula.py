@@ -7,90 +7,18 @@ only ``if else and or not`` are words of the language.
 from __future__ import annotations
 
 import ast
-import bisect
 import math
-import re
-import unicodedata
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
-from eomgen.errors import DescriptionError, Problem
 from eomgen.scene.evaluate import apply
 from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.formula_scope import CONFIGURATION_SIZE, ENERGIES, FUNCTIONS, VELOCITY_SIZE, Names, Scope
+from eomgen.scene.formula_text import DEPTH, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.names import is_legal, nearest, shown
 
-TEXT_LENGTH = 2000
-DEPTH = 50
 LARGEST_EXPONENT = 64.0
-WORDS = frozenset({"if", "else", "and", "or", "not"})
-FUNCTIONS: Mapping[str, int] = {
-    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
-    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
-    **dict.fromkeys(("atan2", "min", "max"), 2),
-}
-RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
-ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
-CONFIGURATION_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}
-VELOCITY_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 3, "free": 6}
-
-_PREFIX = "n_"
-_TOKEN = re.compile(
-    r"(?P<space>[ \t\r\n]+)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?P<operator>\*\*|<=|>=|//|==|!=|:=|&&|\|\||.)",
-    re.DOTALL,
-)
-_OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
-_ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
-_ADVICE |= {"&&": "and", "||": "or", "!": "not"}
-_TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
-_ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 _BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.Pow: "pow"}
 _COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
-
-
-class FormulaError(DescriptionError):
-    """A formula that cannot be taken: ``what``, ``column`` (from 1) and ``hint`` say why."""
-
-    def __init__(self, what: str, column: int, hint: str = "") -> None:
-        self.what = f"{what} (column {column})"
-        self.column = column
-        self.hint = hint
-        super().__init__(Problem("formula", self.what, hint))
-
-
-@dataclass(frozen=True)
-class Scope:
-    """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies."""
-
-    description: str
-    kinds: frozenset[str]
-
-
-_STATE = frozenset({"parameter", "time", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
-FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
-PARAMETERS = Scope("parameters", frozenset({"parameter"}))
-TIME = Scope("time and parameters", frozenset({"parameter", "time"}))
-SPRING_FORCE = Scope("time, parameters, inputs, positions and velocities (not accelerations or tensions)", _STATE)
-STATE = Scope("time, parameters, inputs, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
-EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
-
-
-@dataclass(frozen=True)
-class Names:
-    """The names that formulas of one scene may mention.
-
-    Attributes
-    ----------
-    parameters : mapping from name to whether it is tunable.
-    joints : mapping from name to joint type; an empty type where it is not known.
-    """
-
-    parameters: Mapping[str, bool] = field(default_factory=dict)
-    inputs: tuple[str, ...] = ()
-    joints: Mapping[str, str] = field(default_factory=dict)
-    points: tuple[str, ...] = ()
-    springs: tuple[str, ...] = ()
 
 
 def read_formula(text: str, names: Names, scope: Scope) -> Formula:
@@ -115,94 +43,30 @@ def read_formula(text: str, names: Names, scope: Scope) -> Formula:
 
 class _Reader:
     def __init__(self, text: str, names: Names, scope: Scope) -> None:
-        self.text = text
+        self.text = FormulaText(text)
         self.names = names
         self.scope = scope
-        self.aliased_starts: list[int] = []
-        self.aliased_length = 0
-        self.columns: list[int] = []
 
     def read(self) -> Formula:
-        if len(self.text) > TEXT_LENGTH:
-            what = f"the formula has {len(self.text)} characters, more than {TEXT_LENGTH}"
-            raise FormulaError(what, TEXT_LENGTH + 1, "parameters or inputs for its parts")
-        if not self.text.strip():
-            raise FormulaError("the formula is empty", 1, "a number")
-        aliased = self.alias()
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SyntaxWarning)
-                tree = ast.parse(aliased, mode="eval")
+            tree = ast.parse(self.text.aliased, mode="eval")
         except SyntaxError as error:
-            column = self.column(max((error.offset or 1) - 1, 0))
-            rest = self.text[column - 1 :].strip()
+            column = self.text.column(max((error.offset or 1) - 1, 0))
+            rest = self.text.text[column - 1 :].strip()
             near = f"at {shown(rest[:20])}" if rest else "at its end"
             what = f"the formula is not well formed {near}"
             raise FormulaError(what, column, "operators between terms and matching brackets") from None
         except (RecursionError, MemoryError, ValueError):
-            raise FormulaError(_TOO_DEEP, 1, "a shorter formula") from None
+            raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
         return self.convert(tree.body, 1)[0]
 
-    def alias(self) -> str:
-        """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised."""
-        pieces: list[str] = []
-        length = brackets = 0
-        before = ("", "")
-        for match in _TOKEN.finditer(self.text):
-            kind, token, column = str(match.lastgroup), match.group(), match.start() + 1
-            if kind == "space":
-                piece = " " if pieces else ""  # Python takes a blank at the start for an indentation
-            elif kind == "number":
-                piece = self.number_text(token, column, match.end())
-            elif kind == "name":
-                piece = token if token in WORDS and before != ("operator", ".") else _PREFIX + token
-            elif token in _OPERATORS:
-                brackets += (token in "([") - (token in ")]")
-                if brackets > DEPTH:
-                    raise FormulaError(_TOO_DEEP, column, "a shorter formula")
-                piece = token
-            else:
-                raise self.refused(token, column)
-            self.aliased_starts.append(length)
-            self.columns.append(column)
-            pieces.append(piece)
-            length += len(piece)
-            if kind != "space":
-                before = (kind, token)
-        self.aliased_length = length
-        return "".join(pieces)
-
-    def number_text(self, token: str, column: int, end: int) -> str:
-        if end < len(self.text) and (self.text[end].isalnum() or self.text[end] == "_"):
-            raise FormulaError(f"the number {shown(token)} runs into a name", column, f"a * after {token[:20]}")
-        if token.isdigit() and len(token) <= 15:
-            return str(int(token))
-        value = float(token)
-        if not math.isfinite(value):
-            raise FormulaError(f"the number {shown(token)} is too large", column, "a number below 1e308")
-        return repr(value)
-
-    def refused(self, token: str, column: int) -> FormulaError:
-        if token in _ADVICE:
-            return FormulaError(f"the operator {shown(token)} is not part of formulas", column, _ADVICE[token])
-        if token in "'\"`":
-            return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
-        title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
-        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, _ALPHABET)
-
-    def column(self, offset: int) -> int:
-        """Return the user's column (from 1) for an offset in the parser's text."""
-        if offset >= self.aliased_length:
-            return len(self.text) + 1
-        return self.columns[bisect.bisect_right(self.aliased_starts, offset) - 1]
-
     def error(self, node: ast.expr, what: str, hint: str = "") -> FormulaError:
-        return FormulaError(what, self.column(node.col_offset), hint)
+        return FormulaError(what, self.text.column(node.col_offset), hint)
 
     def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
         """Return the formula of a node, and its value where it is a constant."""
         if depth > DEPTH:
-            raise self.error(node, f"{_TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
+            raise self.error(node, f"{TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             value = float(node.value)  # type: ignore[arg-type]
             return Number(value), value
@@ -282,7 +146,7 @@ class _Reader:
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
         if not isinstance(node.func, ast.Name):
             raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
-        name = node.func.id.removeprefix(_PREFIX)
+        name = node.func.id.removeprefix(PREFIX)
         if name not in FUNCTIONS:
             raise self.error(node, f"unknown function {shown(name)}", nearest(name, sorted(FUNCTIONS)))
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
@@ -295,7 +159,7 @@ class _Reader:
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
     def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
-        name = node.id.removeprefix(_PREFIX)
+        name = node.id.removeprefix(PREFIX)
         if name == "pi":
             return Number(math.pi), math.pi
         if name == "t":
@@ -330,7 +194,7 @@ class _Reader:
             index, inner = int(node.slice.value), node.value
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             raise self.error(node, "only quantities such as q.joint or position.point[2] have parts")
-        kind, name = inner.value.id.removeprefix(_PREFIX), inner.attr.removeprefix(_PREFIX)
+        kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         known, size = self.family(kind, name)
         if known is None:
             raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, _KINDS))

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.scene import schema as written
-from eomgen.scene.formula import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
 from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
 from eomgen.scene.names import key_of
 from eomgen.scene.rotation import is_rotation, quaternion_of, rows, sequence, snapped
 from eomgen.scene.scene import Joint

@@ -45,12 +45,24 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """A named input u_k; ``formula`` (of t and parameters) is what the driver hands in unless told otherwise."""
+    """A named input u_k; what the driver hands in unless told otherwise is a formula plus a sum of harmonics.
+
+    Attributes
+    ----------
+    formula : formula of t and parameters, or None
+    harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
+    """
 
     name: str
     formula: Formula | None = None
     unit: str = ""
     description: str = ""
+    harmonics: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def given(self) -> bool:
+        """Whether the scene itself says what the input is."""
+        return self.formula is not None or bool(self.harmonics)
 
 
 @dataclass(frozen=True)

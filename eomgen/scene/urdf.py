@@ -44,6 +44,7 @@ def load_urdf(
     """
     if root not in ("fixed", "free"):
         raise UsageError(f"root is {shown(root)}", "fixed or free")
+    lock = (lock,) if isinstance(lock, str) else lock
     report = Report(file, {})
     robot = read_robot(read_xml(text, file), report)
     by_written = {robot.original.get(name, name): name for name in robot.joints}
@@ -76,6 +77,9 @@ def load_urdf(
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:
     """Return the joints with parents first, in the file's order otherwise; raise what breaks the tree."""
+    if not robot.links:
+        report.add_at(1, "", "the robot has no link", "xacro first, if the file was meant for it")
+        report.raise_problems()
     carrier: dict[str, Joint] = {}
     children: dict[str, list[Joint]] = {name: [] for name in robot.links}
     for joint in robot.joints.values():
@@ -218,9 +222,11 @@ def _doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
 def _left_out(robot: Robot, locked: set[str]) -> list[tuple[int, str]]:
     """Return one note for each kind of thing that is not modelled."""
     found = []
+    still = locked | {joint.name for joint in robot.joints.values() if joint.type == "fixed"}
     for tag, names in robot.left_out.items():
-        concerned = [name for name in dict.fromkeys(names) if name not in locked]
+        concerned = [name for name in names if name not in still]
         if concerned:
             meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
-            found.append((1, f"not modelled: {meaning} ({len(concerned)}: {listed(concerned)})"))
+            named = [name for name in dict.fromkeys(concerned) if name]
+            found.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
     return found

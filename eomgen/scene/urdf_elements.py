@@ -1,4 +1,4 @@
-"""The elements of a URDF that eomgen takes: links with mass properties, joints with placements; and a list of those it leaves out.
+"""The elements of a URDF that eomgen takes, links and joints, and a list of those it leaves out.
 
 The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -92,7 +92,7 @@ class _Reader:
         self.joint_names: dict[str, str] = {}
 
     def robot(self, root: Element) -> Robot:
-        self.out.name = _legal(root.attributes.get("name", "") or "robot", {})
+        self.out.name = _legal(root.attributes.get("name", "") or "robot", ())
         self.leave_out("robot", root, "")
         for element in root.named("link"):
             if name := self.name(element, "link", self.link_names):
@@ -110,7 +110,7 @@ class _Reader:
         elif written in taken:
             self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
         else:
-            taken[written] = _legal(written, {name: "" for name in taken.values()})
+            taken[written] = _legal(written, taken.values())
             if taken[written] != written:
                 self.out.original[taken[written]] = written
             return taken[written]
@@ -120,9 +120,7 @@ class _Reader:
         """Note the children that are not modelled."""
         for child in element.children:
             if child.tag not in _KNOWN[kind] | _SILENT:
-                self.out.left_out.setdefault(child.tag, []).append(
-                    name or child.attributes.get("name", "") or f"line {child.line}"
-                )
+                self.out.left_out.setdefault(child.tag, []).append(name or child.attributes.get("name", ""))
 
     def numbers(self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return as many finite numbers as the default has."""
@@ -205,7 +203,7 @@ class _Reader:
         return self.link_names.get(written, "")
 
 
-def _legal(name: str, taken: dict[str, str]) -> str:
+def _legal(name: str, taken: Collection[str]) -> str:
     """Return a legal name close to ``name`` that is not taken."""
     legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
     legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"

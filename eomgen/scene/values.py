@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.evaluate import evaluate, symbols
-from eomgen.scene.formula import FIXED_PARAMETERS, FormulaError, Names, Scope, read_formula
+from eomgen.scene.formula import read_formula
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.formula_scope import FIXED_PARAMETERS, Names, Scope
+from eomgen.scene.formula_text import FormulaError
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
 from eomgen.scene.scene import Rotation, Vector

@@ -1,0 +1,73 @@
+"""Nested data brought to a Document, entry by entry: what cannot be taken is explained and left out, the rest goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from eomgen.scene.names import key_of, nearest, shown
+from eomgen.scene.report import Report
+from eomgen.scene.schema import SECTIONS, Document
+from eomgen.scene.schema_values import described
+
+
+def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:
+    """Bring nested data to a Document; what cannot be taken is reported and left out.
+
+    Returns
+    -------
+    document : Document
+        Of the entries that are well formed.
+    refused : dict
+        For each section, the names of the entries left out: they exist, and are not to be reported as unknown.
+    """
+    refused: dict[str, set[str]] = {section: set() for section in SECTIONS}
+    kept = dict(data)
+    try:
+        return Document.model_validate(kept), refused
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            location = tuple(part for part in detail["loc"] if isinstance(part, str | int))
+            what, hint = _explained(detail["type"], detail["msg"], location, detail.get("input"))
+            report.add(key_of(*location), what, hint)
+            section = str(location[0])
+            if section in SECTIONS and len(location) > 1 and isinstance(kept.get(section), Mapping):
+                refused[section].add(str(location[1]))
+                kept[section] = {name: entry for name, entry in kept[section].items() if name != location[1]}
+            elif section in kept:
+                refused.get(section, set()).add("")
+                del kept[section]
+    return Document.model_validate({"format": 1, "name": "scene", **kept}), refused
+
+
+def _explained(kind: str, message: str, location: tuple[str | int, ...], given: object) -> tuple[str, str]:
+    """Return what pydantic found, in the words of the scene file, and a hint."""
+    last = str(location[-1])
+    if kind == "extra_forbidden":
+        return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[:-1]))
+    if kind == "missing":
+        return f"the key {last} is missing", f"{last} = {'1' if last == 'format' else '...'}"
+    if kind == "literal_error":
+        expected = message.removeprefix("Input should be ").replace("'", "")
+        return f"{described(given)} is not known here", f"one of {expected}"
+    plain = {"string_type": "a text", "bool_type": "true or false", "int_type": "a whole number", "dict_type": "a table"}
+    plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
+    if kind in plain:
+        return f"{plain[kind]} is needed here, not {described(given)}", ""
+    return message[0].lower() + message[1:], ""
+
+
+def _keys_at(location: tuple[str | int, ...]) -> list[str]:
+    """Return the keys that the schema knows at a place."""
+    model: Any = Document
+    for part in location:
+        if isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
+            model = model.model_fields[str(part)].annotation
+            while not isinstance(model, type) or not issubclass(model, BaseModel):
+                candidates = [candidate for candidate in get_args(model) if candidate is not type(None) and candidate is not str]
+                if not candidates:
+                    return []
+                model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
+    return list(model.model_fields)

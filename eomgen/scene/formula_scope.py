@@ -1,0 +1,51 @@
+"""Which names a formula may mention, and which kinds of quantities are allowed where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+WORDS = frozenset({"if", "else", "and", "or", "not"})
+FUNCTIONS: Mapping[str, int] = {
+    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("atan2", "min", "max"), 2),
+}
+RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
+ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
+CONFIGURATION_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}
+VELOCITY_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 3, "free": 6}
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies."""
+
+    description: str
+    kinds: frozenset[str]
+
+
+_STATE = frozenset({"parameter", "time", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
+FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
+PARAMETERS = Scope("parameters", frozenset({"parameter"}))
+TIME = Scope("time and parameters", frozenset({"parameter", "time"}))
+SPRING_FORCE = Scope("time, parameters, inputs, positions and velocities (not accelerations or tensions)", _STATE)
+STATE = Scope("time, parameters, inputs, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
+EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names that formulas of one scene may mention.
+
+    Attributes
+    ----------
+    parameters : mapping from name to whether it is tunable.
+    joints : mapping from name to joint type; an empty type where it is not known.
+    """
+
+    parameters: Mapping[str, bool] = field(default_factory=dict)
+    inputs: tuple[str, ...] = ()
+    joints: Mapping[str, str] = field(default_factory=dict)
+    points: tuple[str, ...] = ()
+    springs: tuple[str, ...] = ()
