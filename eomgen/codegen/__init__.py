@@ -1,0 +1,1 @@
+"""System -> Program -> C text."""

@@ -1,0 +1,104 @@
+"""How the pieces of a Program are called in C: arguments, struct members, macros. One place, used by all templates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.codegen.program import Program, ProgramFunction
+
+_POINTERS = {"q": "NQ", "v": "NV", "a": "NV", "z": "NZ", "lam": "NLAM", "u": "NU"}
+
+
+class CNames:
+    """C texts for one Program."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.prefix = program.prefix
+
+    def input_type(self, block: str) -> str:
+        """Return the declaration of an input argument: ``const real *q``."""
+        if block == "p":
+            return f"const {self.prefix}_parameters *p"
+        if block == "base":
+            return f"const {self.prefix}_base_state *base"
+        return "real t" if block == "t" else f"const real *{block}"
+
+    def input_size(self, block: str) -> str:
+        """Return the number of reals in an input block, as a macro or a number."""
+        if block == "p":
+            return f"{self.prefix.upper()}_NP"
+        if block == "base":
+            return f"{self.prefix.upper()}_NBASE"
+        return "1" if block == "t" else f"{self.prefix.upper()}_{_POINTERS[block]}"
+
+    def base_members(self) -> list[str]:
+        """Return the members of the base's state, component by component: ``position[2]``."""
+        return [f"{name}[{index}]" for name, size, _ in self.program.base_fields for index in range(size)]
+
+    def base_targets(self) -> list[str]:
+        """Return where the function ``base`` stores its components."""
+        return [f"base->{member}" for member in self.base_members()]
+
+    def input_texts(self) -> dict[str, str | Sequence[str]]:
+        """Return what the printer needs: the text of every component of every input block."""
+        texts: dict[str, str | Sequence[str]] = {block: block + "[{}]" for block in _POINTERS}
+        texts["t"] = "t"
+        texts["p"] = [f"p->{parameter.member}" for parameter in self.program.parameters]
+        texts["base"] = self.base_targets()
+        return texts
+
+    def arguments(self, function: ProgramFunction, *, restrict: bool = False) -> str:
+        """Return the parameter list of a function's declaration or, with ``restrict``, definition."""
+        qualifier = "restrict " if restrict else ""
+        parts = [self.input_type(block) for block in function.inputs]
+        if function.name == "base":
+            parts.append(f"{self.prefix}_base_state *{qualifier}base")
+        else:
+            parts += [f"real *{qualifier}{output.name}" for output in function.outputs]
+        return ", ".join(parts) or "void"
+
+    def part_arguments(self, function: ProgramFunction, number: int) -> str:
+        """Return the parameter list of one part of a function."""
+        part = function.parts[number]
+        texts = [self.input_type(block) for block in part.inputs]
+        texts += ["real *restrict w"] if part.workspace else []
+        if function.name == "base":
+            texts += [f"{self.prefix}_base_state *restrict base"] if part.outputs else []
+        else:
+            texts += [f"real *restrict {function.outputs[index].name}" for index in part.outputs]
+        return ", ".join(texts) or "void"
+
+    def part_call(self, function: ProgramFunction, number: int) -> str:
+        """Return the arguments with which a function calls one of its parts."""
+        part = function.parts[number]
+        texts = [*part.inputs, *(["w"] if part.workspace else [])]
+        texts += [function.outputs[index].name for index in part.outputs]
+        return ", ".join(texts)
+
+    def unused(self, function: ProgramFunction) -> list[str]:
+        """Return the input arguments that no part of a function reads."""
+        used = {block for part in function.parts for block in part.inputs}
+        return [block for block in function.inputs if block not in used]
+
+    def direct_arguments(self, function: ProgramFunction) -> str:
+        """Return the arguments of a call from the interface of doubles, on the caller's own arrays."""
+        texts = [
+            f"&{block}" if block in ("p", "base") else block if block == "t" else f"inputs[{index}] + i * strides[{index}]"
+            for index, block in enumerate(function.inputs)
+        ]
+        if function.name == "base":
+            return ", ".join([*texts, "&base"])
+        return ", ".join([*texts, *(f"outputs[{index}] + i * {output.size}" for index, output in enumerate(function.outputs))])
+
+    def buffered_arguments(self, function: ProgramFunction) -> str:
+        """Return the arguments of a call from the other interfaces, on local copies."""
+        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
+        return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.name for output in function.outputs])])
+
+    def main_arguments(self, function: ProgramFunction, target: str) -> str:
+        """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their own."""
+        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
+        if function.name == "base":
+            return ", ".join([*texts, "&base"])
+        return ", ".join([*texts, *(target or f"{function.name}_{output.name}" for output in function.outputs)])

@@ -1,0 +1,127 @@
+"""System -> Program: every decision about names, order and chunks is made here, so that templates only print."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
+from eomgen.codegen.program import Named, OutputArray, Program, ProgramFunction
+from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.errors import ModelError
+from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
+
+BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
+
+
+def to_program(
+    system: System,
+    method: Mapping[str, Any] | None = None,
+    functions: Sequence[str] | None = None,
+    *,
+    part_limit: int = PART_LIMIT,
+    nest_limit: int = NEST_LIMIT,
+) -> Program:
+    """Return the Program of a System.
+
+    Parameters
+    ----------
+    method : mapping, optional
+        What the integrators' templates need; without it the model is functions only.
+    functions : names, optional
+        The functions wanted, in this order; all by default.
+    part_limit, nest_limit : int
+        Operations per compiled part and per statement at most.
+
+    Raises
+    ------
+    ModelError
+        A function that does not exist, takes an unknown input, or has outputs of the wrong size.
+    """
+    wanted = list(system.functions) if functions is None else list(functions)
+    unknown = [name for name in wanted if name not in system.functions]
+    if unknown:
+        raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
+    import eomgen  # noqa: PLC0415  # the package's door may import this module
+
+    return Program(
+        prefix=check_prefix(system.name),
+        description=system.description,
+        sizes={
+            "q": system.nq,
+            "v": system.nv,
+            "z": system.nz,
+            "u": sum(item.size for item in system.inputs),
+            "p": len(system.parameters),
+            "lam": len(system.multipliers),
+            "bodies": len(system.bodies),
+            "base": BASE_SIZE,
+        },
+        factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
+        parameters=_named(system.parameters, "p_"),
+        inputs=_named(system.inputs, "u_"),
+        outputs=_named(system.outputs, "y_"),
+        bodies=system.bodies,
+        multipliers=system.multipliers,
+        base_fields=BASE_LAYOUT,
+        functions=tuple(_function(system, system.functions[name], part_limit, nest_limit) for name in wanted),
+        maps=(),
+        initial_q=system.initial_q,
+        initial_v=system.initial_v,
+        initial_z=system.initial_z,
+        dof_parent=system.dof_parent,
+        discontinuity_times=system.discontinuity_times,
+        modes=system.modes,
+        facts=dataclasses.asdict(system.facts),
+        defaults=dict(system.defaults),
+        kept=system.kept,
+        dropped=system.dropped,
+        notes=system.notes,
+        version=getattr(eomgen, "__version__", "0"),
+        method=dict(method or {}),
+    )
+
+
+def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
+    return tuple(
+        Named(item.name, mangle(item.name, prefix), float(item.value), item.size, item.unit, item.description) for item in quantities
+    )
+
+
+def _function(system: System, function: Function, part_limit: int, nest_limit: int) -> ProgramFunction:
+    name = check_identifier(function.name, "the function")
+    unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
+    if unknown:
+        raise ModelError(f"function {name} takes {', '.join(unknown)}, which is no input block", f"some of {', '.join(INPUT_BLOCKS)}")
+    inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
+    needed = {symbol.block for symbol in system.tape.depends_on(function.refs)}
+    missing = [block for block in INPUT_BLOCKS if block in needed and block not in inputs]
+    if missing:
+        raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
+    blocks = [(block.name, block.shape, block.refs, block.description) for block in function.outputs if block.refs]
+    for label, shape, refs, _ in blocks:
+        size = 1
+        for extent in shape:
+            size *= extent
+        if size != len(refs):
+            raise ModelError(f"output {label} of function {name} has shape {shape} but {len(refs)} components")
+    if name == "base":
+        refs = function.refs
+        if len(refs) != BASE_SIZE:
+            raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
+        blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
+    result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit)
+    return ProgramFunction(
+        name=name,
+        description=function.description,
+        inputs=inputs,
+        outputs=tuple(
+            OutputArray(label if name == "base" else output_name(label, inputs), shape, len(refs), description)
+            for label, shape, refs, description in blocks
+        ),
+        parts=result.parts,
+        workspace=result.workspace,
+        operations=result.operations,
+        counts=dataclasses.asdict(system.tape.counts(function.refs)),
+    )

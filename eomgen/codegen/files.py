@@ -1,0 +1,48 @@
+"""Which function, and which part of it, goes into which C file: one file for small models, several that compile in parallel for large ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from eomgen.codegen.program import Program, ProgramFunction
+
+#: Operations per C file, roughly; a file this long compiles in a few seconds.
+FILE_LIMIT = 6000
+
+
+@dataclass
+class SourceFile:
+    """A C file: the parts of long functions it holds, and the functions it defines. ``name`` has no suffix."""
+
+    name: str
+    functions: list[ProgramFunction] = field(default_factory=list)
+    parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
+    operations: int = 0
+
+
+def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
+    """Return the files of a Program; the first is named after the prefix and defines what calls the parts in the others."""
+    first = SourceFile(program.prefix)
+    files = [first]
+    total = sum(function.operations for function in program.functions)
+    for function in program.functions:
+        if len(function.parts) > 1 and total > limit:
+            for number, part in enumerate(function.parts):
+                target = _room(files, part.operations, limit, program.prefix)
+                target.parts.append((function, number))
+                target.operations += part.operations
+            first.functions.append(function)
+        else:
+            target = _room(files, function.operations, limit, program.prefix)
+            target.functions.append(function)
+            target.operations += function.operations
+            target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
+    return files
+
+
+def _room(files: list[SourceFile], operations: int, limit: int, prefix: str) -> SourceFile:
+    last = files[-1]
+    if last.operations and last.operations + operations > limit:
+        last = SourceFile(f"{prefix}_{len(files) + 1}")
+        files.append(last)
+    return last

@@ -1,0 +1,42 @@
+"""What a loaded library cannot say of itself: the Program without its statements, as JSON types, kept beside the library.
+
+The runtime needs this and the compiled code, nothing else: no scene, no tape, no SymPy.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+
+from eomgen.codegen.program import Program
+
+#: Version of the data below; part of every cache key.
+LAYOUT_VERSION = 1
+
+
+def interface_layout(program: Program) -> dict[str, Any]:
+    """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
+
+    Each function has ``name, description, inputs, outputs (name, shape, size, description), operations, counts``; each of
+    ``parameters, inputs, outputs`` is a list of ``name, member, value, size, unit, description``.
+    """
+    layout: dict[str, Any] = {
+        field.name: getattr(program, field.name) for field in dataclasses.fields(program) if field.name not in ("functions", "maps")
+    }
+    for key in ("parameters", "inputs", "outputs"):
+        layout[key] = [dataclasses.asdict(named) for named in layout[key]]
+    layout["functions"] = [
+        {
+            "name": function.name,
+            "description": function.description,
+            "inputs": function.inputs,
+            "outputs": [dataclasses.asdict(output) for output in function.outputs],
+            "operations": function.operations,
+            "counts": function.counts,
+        }
+        for function in program.functions
+    ]
+    layout["layout_version"] = LAYOUT_VERSION
+    plain: dict[str, Any] = json.loads(json.dumps(layout, default=dict, sort_keys=True))
+    return plain

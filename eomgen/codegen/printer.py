@@ -1,0 +1,96 @@
+"""Statements of a Program -> lines of C. Doubles are printed shortest-round-trip; functions and selections as ``EG_`` macros.
+
+Parentheses keep the order of evaluation of the tape, because floating-point sums are not associative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.codegen.names import comment
+from eomgen.codegen.program import Expression, Statement
+
+_SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
+_OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
+
+
+def number(value: float) -> str:
+    """Return the shortest text that reads back as the same double."""
+    return repr(float(value))
+
+
+class Printer:
+    """Prints expressions and statements.
+
+    Parameters
+    ----------
+    inputs : for each input block, its text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
+    outputs : for each output, by number, the name of its array or the texts of its components.
+    """
+
+    def __init__(self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = ()) -> None:
+        self.inputs = inputs
+        self.outputs = outputs
+
+    def expression(self, expression: Expression) -> str:
+        """Return an expression as C text."""
+        return self._print(expression)[0]
+
+    def _print(self, expression: Expression) -> tuple[str, int]:
+        if isinstance(expression, int):
+            return (f"x{expression}", _ATOM) if expression > 0 else (f"-x{-expression}", _PREFIX)
+        kind = expression[0]
+        operator = _OPERATORS.get(kind)
+        if operator is not None:
+            symbol, rank = operator
+            left, left_rank = self._print(expression[1])
+            right, right_rank = self._print(expression[2])
+            if left_rank < rank:
+                left = f"({left})"
+            if right_rank <= rank or right_rank == _PREFIX:
+                right = f"({right})"
+            return left + symbol + right, rank
+        if kind == "K":
+            return f"K({number(expression[1])})", _ATOM
+        if kind == "in":
+            text = self.inputs[expression[1]]
+            return (text.format(expression[2]) if isinstance(text, str) else text[expression[2]]), _ATOM
+        if kind == "w":
+            return f"w[{expression[1]}]", _ATOM
+        if kind == "neg":
+            inner, rank = self._print(expression[1])
+            return (f"-{inner}" if rank == _ATOM else f"-({inner})"), _PREFIX
+        arguments = ", ".join(self._print(operand)[0] for operand in expression[1:])
+        return f"EG_{kind}({arguments})", _ATOM
+
+    def lines(self, statements: Sequence[Statement]) -> list[str]:
+        """Return statements as lines of C, without indentation."""
+        lines: list[str] = []
+        for statement in statements:
+            kind, data = statement.kind, statement.data
+            if kind == "let":
+                lines.append(f"const real x{data[0]} = {self._print(data[1])[0]};")
+            elif kind == "out":
+                lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
+            elif kind == "save":
+                lines.append(f"w[{data[0]}] = {self._print(data[1])[0]};")
+            elif kind == "label":
+                lines.append(f"/* {comment(data[0])} */")
+            elif kind == "sincos":
+                lines.append(f"real x{data[0]}, x{data[1]};")
+                lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &x{data[0]}, &x{data[1]});")
+            elif kind == "fill":
+                lines += self._fill(data[0], data[1])
+            else:
+                raise ValueError(f"no C for a statement of kind {kind!r}")
+        return lines
+
+    def _target(self, output: int, component: int) -> str:
+        target = self.outputs[output]
+        return f"{target}[{component}]" if isinstance(target, str) else target[component]
+
+    def _fill(self, output: int, size: int) -> list[str]:
+        target = self.outputs[output]
+        if not isinstance(target, str):
+            return [f"{component} = K(0.0);" for component in target]
+        return [f"for (i = 0; i < {size}; ++i) {{", f"    {target}[i] = K(0.0);", "}"]

@@ -1,0 +1,145 @@
+"""Program: everything that the templates need to write a model in some language, as plain data that can be dumped to JSON.
+
+Expressions are nested tuples over leaves: an integer ``n`` is local value n of the function (``-n`` its negative),
+``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part left in
+the workspace, ``("neg", x)`` a negative, ``("element", block, index)`` and ``("loop",)`` appear in Maps; every other tuple is an
+operation named as in ``symbolic.tape.Op``. Nothing here knows C, and nothing in the templates knows mechanics.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Union
+
+Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement of a part.
+
+    ``kind`` and ``data``:  ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number or 0,
+    expression); ``out`` (output number, component, expression); ``fill`` (output number, size): zeros everywhere;
+    ``save`` (slot, expression): for a later part; ``map`` (number in ``Program.maps``, gathered expressions, results as
+    (result number, local number)).
+    """
+
+    kind: str
+    data: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A chunk of a function that is compiled on its own: what it reads, what it fills, whether it needs the workspace."""
+
+    statements: tuple[Statement, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[int, ...]
+    workspace: bool
+    operations: int
+
+
+@dataclass(frozen=True)
+class OutputArray:
+    """An output of a function, row-major."""
+
+    name: str
+    shape: tuple[int, ...]
+    size: int
+    description: str
+
+
+@dataclass(frozen=True)
+class ProgramFunction:
+    """A function: inputs in the order of INPUT_BLOCKS, outputs, and its parts; ``workspace`` values cross parts."""
+
+    name: str
+    description: str
+    inputs: tuple[str, ...]
+    outputs: tuple[OutputArray, ...]
+    parts: tuple[Part, ...]
+    workspace: int
+    operations: int
+    counts: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Named:
+    """A number of the interface. ``member`` is the mangled name, the only one that code may use."""
+
+    name: str
+    member: str
+    value: float
+    size: int
+    unit: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Program:
+    """The complete input of the templates.
+
+    Attributes
+    ----------
+    prefix : str
+        Of every exported symbol; a legal identifier.
+    sizes : mapping
+        ``q, v, z, u, p, lam, bodies`` and ``base``.
+    factors : tuple of mappings
+        group, name, q_start, q_size, v_start, v_size.
+    base_fields : tuple of (name, size, meaning)
+    functions : tuple of ProgramFunction
+    maps : tuple of mappings
+        Loops over identical elements; see ``codegen.loops``.
+    method : mapping
+        Filled by the integrators; empty when the model is functions only.
+    """
+
+    prefix: str
+    description: str
+    sizes: Mapping[str, int]
+    factors: tuple[Mapping[str, Any], ...]
+    parameters: tuple[Named, ...]
+    inputs: tuple[Named, ...]
+    outputs: tuple[Named, ...]
+    bodies: tuple[str, ...]
+    multipliers: tuple[str, ...]
+    base_fields: tuple[tuple[str, int, str], ...]
+    functions: tuple[ProgramFunction, ...]
+    maps: tuple[Mapping[str, Any], ...]
+    initial_q: tuple[float, ...]
+    initial_v: tuple[float, ...]
+    initial_z: tuple[float, ...]
+    dof_parent: tuple[int, ...]
+    discontinuity_times: tuple[float, ...]
+    modes: tuple[str, ...]
+    facts: Mapping[str, bool]
+    defaults: Mapping[str, Any]
+    kept: tuple[str, ...]
+    dropped: tuple[str, ...]
+    notes: tuple[str, ...]
+    version: str
+    method: Mapping[str, Any] = field(default_factory=dict)
+
+    def function(self, name: str) -> ProgramFunction:
+        """Return a function by name. Raises KeyError with the known names."""
+        for function in self.functions:
+            if function.name == name:
+                return function
+        raise KeyError(f"no function {name!r}; there are {', '.join(self.function_names)}")
+
+    @property
+    def function_names(self) -> tuple[str, ...]:
+        return tuple(function.name for function in self.functions)
+
+    @property
+    def has_base(self) -> bool:
+        """Whether anything takes or fills the state of a moving base."""
+        return any("base" in function.inputs or function.name == "base" for function in self.functions)
+
+    def to_json(self) -> str:
+        """Return the Program as canonical JSON."""
+        return json.dumps(dataclasses.asdict(self), sort_keys=True, separators=(",", ":"))
