@@ -53,8 +53,6 @@ def from_data(
     report = Report(file, lines or {})
     report.found += [(0, problem) for problem in problems]
     document, refused = read_document(data, report)
-    if any("" in names for names in refused.values()):
-        report.raise_problems()
     document = checks.check_names(document, refused, report)
     result = _Assembler(document, refused, data, report).fields(inertias_checked)
     report.raise_problems()
@@ -164,9 +162,10 @@ class _Assembler:
 
     def spring(self, name: str, spring: written.Spring) -> scene.Spring:
         key, formula = key_of("springs", name), self.values.formula
+        known = True
         for field, point in (("first", spring.first), ("second", spring.second)):
-            checks.check_reference(f"{key}.{field}", point, self.values.names.points, "point", self.report)
-        if spring.first == spring.second:
+            known = checks.check_reference(f"{key}.{field}", point, self.values.names.points, "point", self.report) and known
+        if known and spring.first == spring.second:
             self.report.add(f"{key}.second", f"the spring connects the point {spring.first} to itself", "another point")
         fields = ("stiffness", "damping", "length")
         stiffness, damping, length = (formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields)
@@ -182,7 +181,7 @@ class _Assembler:
             if known and self.joint_types[joint] not in ("revolute", ""):
                 what = f"the joint {joint} is {self.joint_types[joint]}, not revolute"
                 self.report.add(f"{key}.{field}", what, "a revolute joint")
-        if spring.first == spring.second:
+        if spring.first == spring.second in self.joint_types:
             self.report.add(f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none")
         fields = ("stiffness", "damping", "rest")
         constants = [self.values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]

@@ -71,10 +71,9 @@ def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
     """Return mass properties at the default parameters, for the bodies of which they are known."""
     known = {}
     for body in bodies:
-        key = key_of("bodies", body.name)
-        mass = values.number(f"{key}.mass", body.mass)
-        center = [values.number(f"{key}.center_of_mass[{place}]", entry) for place, entry in enumerate(body.center_of_mass)]
-        entries = [values.number(f"{key}.inertia[{place}]", entry) for place, entry in enumerate(body.inertia)]
+        mass = values.value(body.mass)
+        center = [values.value(entry) for entry in body.center_of_mass]
+        entries = [values.value(entry) for entry in body.inertia]
         if all(math.isfinite(number) for number in (mass, *center, *entries)):
             known[body.name] = Inertia(mass, np.array(center), tensor(entries))
     return known
@@ -108,8 +107,7 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
         beyond = carried.pop(joint.child, [])
         parts = None if own is None or beyond is None else [own, *beyond]
         if joint.type == "fixed":
-            key = key_of("joints", joint.name, "position")
-            position = np.array([values.number(f"{key}[{place}]", entry) for place, entry in enumerate(joint.position)])
+            position = np.array([values.value(entry) for entry in joint.position])
             known = parts is not None and bool(np.all(np.isfinite(position)))
             moved = [part.moved(np.array(joint.orientation), position) for part in parts or []] if known else None
             before = carried.get(joint.parent, [])
@@ -118,12 +116,9 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
                 moving_beyond.add(joint.parent)
             continue
         if parts is not None and joint.child not in moving_beyond:
-            key = key_of("joints", joint.name)
-            rotor_inertia = values.number(f"{key}.rotor_inertia", joint.rotor_inertia)
-            fault = immovable(joint.type, np.array(joint.axis), combined(parts), rotor_inertia)
+            fault = immovable(joint.type, np.array(joint.axis), combined(parts), values.value(joint.rotor_inertia))
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
-                values.report.add(
-                    key, what, f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
-                )
+                hint = f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
+                values.report.add(key_of("joints", joint.name), what, hint)
         moving_beyond.add(joint.parent)

@@ -28,6 +28,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     try:
         return Document.model_validate(kept), refused
     except ValidationError as error:
+        broken = False
         for detail in error.errors(include_url=False):
             location = tuple(part for part in detail["loc"] if isinstance(part, str | int))
             what, hint = _explained(detail["type"], detail["msg"], location, detail.get("input"))
@@ -37,8 +38,10 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
                 refused[section].add(str(location[1]))
                 kept[section] = {name: entry for name, entry in kept[section].items() if name != location[1]}
             elif section in kept:
-                refused.get(section, set()).add("")
+                broken = broken or section in SECTIONS
                 del kept[section]
+    if broken:  # every reference into a section that is not there would be a problem of its own
+        report.raise_problems()
     return Document.model_validate({"format": 1, "name": "scene", **kept}), refused
 
 

@@ -23,11 +23,13 @@ class Symbol:
     ----------
     kind : str
         ``time``, ``parameter``, ``input``, ``q``, ``v``, ``a``, ``position``, ``velocity``, ``acceleration``,
-        ``length``, ``rate`` or ``tension``.
+        ``length``, ``rate``, ``tension`` or ``energy``.
     name : str
-        Name of the parameter, input, joint, point or spring; empty for time.
+        Name of the parameter, input, joint, point or spring; empty for time; ``kinetic``, ``potential``, ``total``,
+        ``base_power`` or ``power`` for energies.
     index : int
-        Component, 0 where there is only one.
+        Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position); 0 where
+        there is only one.
     """
 
     kind: str

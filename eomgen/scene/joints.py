@@ -35,7 +35,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
             extras[field] = Number(0.0)
         else:
             extras[field] = values.formula(f"{key}.{field}", value, PARAMETERS)
-    if values.number(f"{key}.rotor_inertia", extras["rotor_inertia"]) < 0.0:
+    if values.value(extras["rotor_inertia"]) < 0.0:
         report.add(f"{key}.rotor_inertia", "the rotor inertia is negative", "0 or more")
     if joint.type in _ONE_DEGREE and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")

@@ -11,6 +11,7 @@ _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
 _SCALAR = re.compile(r"[^,\]\}#\n]*")
+_INDEXED = 16  # the lists of a scene are short; the index of a hostile file shall be, too
 Key = tuple[str | int, ...]
 
 
@@ -104,7 +105,8 @@ class _Scanner:
         self.skip_blank()
         while self.text[self.place] != closing:
             if closing == "]":
-                self.note((*key, count))
+                if count < _INDEXED:
+                    self.note((*key, count))
                 self.value((*key, count))
                 count += 1
             else:

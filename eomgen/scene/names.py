@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
 from collections.abc import Iterable
 
@@ -10,6 +11,7 @@ NAME_LENGTH = 64
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 _SHOWN = 48
 _LISTED = 8
+_COMPARED = 300  # a hint is not worth more time
 
 
 def is_legal(name: str) -> bool:
@@ -19,7 +21,10 @@ def is_legal(name: str) -> bool:
 
 def shown(text: object) -> str:
     """Return a quoted, escaped and shortened form of a user's text that is safe in a terminal."""
-    quoted = ascii(text)
+    try:
+        quoted = ascii(text)
+    except ValueError:  # Python refuses to print whole numbers of more than 4300 digits
+        quoted = "a number with thousands of digits"
     if len(quoted) <= _SHOWN:
         return quoted
     return f"{quoted[:_SHOWN]}..." + (quoted[0] if isinstance(text, str) else "")
@@ -45,7 +50,7 @@ def listed(names: Iterable[str]) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a hint: the known names closest to ``name``, or what names there are."""
-    every = [candidate for candidate in known if is_legal(candidate)]
+    every = [candidate for candidate in itertools.islice(known, _COMPARED) if is_legal(candidate)]
     close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
     if close:
         return " or ".join(close)

@@ -6,10 +6,8 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
-from eomgen.scene.names import shown
 from eomgen.scene.scene import Scene
 
 LARGEST_FILE = 10_000_000
@@ -43,15 +41,20 @@ def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: S
     kind = path.suffix.lower()
     if kind not in (".toml", ".urdf", ".xml"):
         hint = "xacro first, to make a .urdf of it" if kind == ".xacro" else "a .toml scene or a .urdf file"
-        raise UsageError(f"{shown(str(path))} is not a kind of file that can be read", hint)
+        raise UsageError(f"{str(path)!a} is not a kind of file that can be read", hint)
     if kind == ".toml" and (root != "fixed" or lock):
         raise UsageError("root and lock are for URDF only", 'type = "fixed" for the joint in the scene file')
-    text = read_text(path)
+    text, file = read_text(path), _shown_file(path)
     if kind == ".toml":
-        return load_toml(text, file=path.name)
+        return load_toml(text, file=file)
     from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
 
-    return load_urdf(text, file=path.name, strict=strict, root=root, lock=lock)
+    return load_urdf(text, file=file, strict=strict, root=root, lock=lock)
+
+
+def _shown_file(path: Path) -> str:
+    """Return a file's name for messages, escaped where it could upset a terminal."""
+    return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
 
 
 def read_text(path: Path) -> str:
@@ -66,14 +69,16 @@ def read_text(path: Path) -> str:
             data = stream.read(LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(Problem(shown(str(path)), f"cannot be read: {reason}", "another path")) from None
+        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", "another path")) from None
     if len(data) > LARGEST_FILE:
-        raise FileError(Problem(path.name, f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description"))
+        raise FileError(
+            Problem(_shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description")
+        )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(f"{path.name}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
+        problem = Problem(f"{_shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
         raise DescriptionError(problem) from None
 
 
@@ -87,13 +92,9 @@ def load_toml(text: str, *, file: str = "scene.toml") -> Scene:
     from eomgen.scene.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
     from eomgen.scene.lines import line_index  # noqa: PLC0415
 
-    data = _toml(text, file)
-    return from_data(data, file=file, lines=line_index(text))
-
-
-def _toml(text: str, file: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
+        lines = line_index(text)
     except ValueError as error:
         message = str(error)
         place = _TOML_PLACE.search(message)
@@ -103,3 +104,4 @@ def _toml(text: str, file: str) -> dict[str, Any]:
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+    return from_data(data, file=file, lines=lines)

@@ -9,7 +9,8 @@ from operator import itemgetter
 from eomgen.errors import DescriptionError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
-_MOST = 100
+_MOST = 100  # problems listed
+_STOP = 1000  # problems after which it is not worth to search for more
 
 
 class Report:
@@ -45,11 +46,16 @@ class Report:
     def add(self, key: str, what: str, hint: str = "") -> None:
         """Note a problem."""
         line = re.search(r":(\d+)$", self.place(key))
-        self.found.append((int(line[1]) if line else 0, Problem(self.where(key), what, hint)))
+        self._append(int(line[1]) if line else 0, Problem(self.where(key), what, hint))
 
     def add_at(self, line: int, key: str, what: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""
-        self.found.append((line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), what, hint)))
+        self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), what, hint))
+
+    def _append(self, line: int, problem: Problem) -> None:
+        self.found.append((line, problem))
+        if len(self.found) >= _STOP:
+            self.raise_problems()
 
     def raise_problems(self) -> None:
         """Raise one error with every problem noted so far, in the order of lines, if there is any.

@@ -14,6 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from eomgen.scene.scene import TERMS
 from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
 
+Description = Annotated[str, Field(max_length=10_000)]
+Unit = Annotated[str, Field(max_length=64)]
 SECTIONS = ("parameters", "inputs", "bodies", "joints", "points", "springs", "torsion_springs", "forces", "efforts", "outputs")
 
 
@@ -26,8 +28,8 @@ class Table(BaseModel):
 class Parameter(Table):
     value: Finite
     tunable: bool = False
-    unit: str = ""
-    description: str = ""
+    unit: Unit = ""
+    description: Description = ""
 
     @model_validator(mode="before")
     @classmethod
@@ -37,8 +39,8 @@ class Parameter(Table):
 
 class Input(Table):
     formula: Value | None = None
-    unit: str = ""
-    description: str = ""
+    unit: Unit = ""
+    description: Description = ""
 
 
 class Rotation(Table):
@@ -115,7 +117,7 @@ class Force(Table):
 class Effort(Table):
     joint: str
     effort: Value
-    index: Annotated[int, Field(ge=0)] = 0
+    index: Annotated[int, Field(ge=0, le=5)] = 0
 
 
 class Output(Table):
@@ -124,8 +126,8 @@ class Output(Table):
     acceleration: str | None = None
     formula: Values | None = None
     energy: str | None = None
-    unit: str = ""
-    description: str = ""
+    unit: Unit = ""
+    description: Description = ""
 
 
 class Simulation(Table):
@@ -133,7 +135,7 @@ class Simulation(Table):
     step: Finite = 1e-3
     duration: Finite = 10.0
     rho_inf: Finite = 0.8
-    record_every: Annotated[int, Field(ge=1)] = 1
+    record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = 1
 
 
 class Document(Table):
@@ -141,7 +143,7 @@ class Document(Table):
 
     format: Literal[1]
     name: str
-    description: str = ""
+    description: Description = ""
     gravity: Triple = (0.0, 0.0, -9.81)
     terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = ()  # type: ignore[valid-type]
     parameters: dict[str, Parameter] = {}

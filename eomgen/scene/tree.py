@@ -77,25 +77,24 @@ def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Co
 def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Collection[str], report: Report) -> None:
     """Report bodies without a joint, cycles, and what hangs from either."""
     reached = {link.child for link in order}
-    lost = [body for body in bodies if body not in reached]
-    heads: dict[str, list[str]] = {}
-    cycles: dict[str, list[str]] = {}
-    for body in lost:
-        path = [body]
-        while path[-1] in carrier and carrier[path[-1]].parent not in path:
-            path.append(carrier[path[-1]].parent)
-        if path[-1] in carrier:
-            start = carrier[path[-1]].parent
-            cycle = path[path.index(start) :]
-            cycles.setdefault(min(cycle), cycle[::-1])
-        else:
-            heads.setdefault(path[-1], []).append(body)
-    for cycle in cycles.values():
-        if len(cycle) > 1:
-            what = f"the joints carry the bodies {listed(cycle)} in a circle"
-            report.add(f"joints.{carrier[cycle[0]].name}", what, f"{BASE} as the parent of one of them")
-    for head, bodies_there in heads.items():
-        if head in bodies:
-            others = [body for body in bodies_there if body != head]
+    end_of: dict[str, str] = {}
+    hanging: dict[str, list[str]] = {}
+    for body in bodies:
+        path: dict[str, None] = {}
+        while body in carrier and body not in end_of and body not in path and body not in reached:
+            path[body] = None
+            body = carrier[body].parent  # noqa: PLW2901 - follows the joints towards the base
+        if body in path:
+            cycle = list(path)[list(path).index(body) :][::-1]
+            if len(cycle) > 1:
+                what = f"the joints carry the bodies {listed(cycle)} in a circle"
+                report.add(key_of("joints", carrier[body].name), what, f"{BASE} as the parent of one of them")
+        end = end_of.get(body, body)
+        end_of.update(dict.fromkeys([*path, body], end))
+        if end not in carrier and path:
+            hanging.setdefault(end, []).extend(path)
+    for body in bodies:
+        if body not in carrier:
+            others = hanging.get(body, [])
             rest = f", nor what hangs from it: {listed(others)}" if others else ""
-            report.add(f"bodies.{head}", f"no joint carries the body {head}{rest}", f'a joint with child = "{head}"')
+            report.add(key_of("bodies", body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"')

@@ -101,7 +101,8 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
         joint = waiting.pop()
         order.append(joint)
         waiting += children[joint.child][::-1]
-    lost = [name for name in robot.joints if robot.joints[name] not in order]
+    reached = {joint.name for joint in order}
+    lost = [name for name in robot.joints if name not in reached]
     if lost:
         report.add_at(
             robot.joints[lost[0]].line, "", f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}", ""

@@ -90,6 +90,7 @@ class _Reader:
         self.out = Robot("")
         self.link_names: dict[str, str] = {}
         self.joint_names: dict[str, str] = {}
+        self.used: dict[str, set[str]] = {"link": set(), "joint": set()}
 
     def robot(self, root: Element) -> Robot:
         self.out.name = _legal(root.attributes.get("name", "") or "robot", ())
@@ -110,7 +111,8 @@ class _Reader:
         elif written in taken:
             self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
         else:
-            taken[written] = _legal(written, taken.values())
+            taken[written] = _legal(written, self.used[kind])
+            self.used[kind].add(taken[written])
             if taken[written] != written:
                 self.out.original[taken[written]] = written
             return taken[written]

@@ -9,8 +9,8 @@ import numpy as np
 
 from eomgen.scene.evaluate import evaluate, symbols
 from eomgen.scene.formula import read_formula
-from eomgen.scene.formula_nodes import Formula, Number, Symbol
-from eomgen.scene.formula_scope import FIXED_PARAMETERS, Names, Scope
+from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula_text import FormulaError
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
@@ -28,7 +28,7 @@ class Values:
     names : Names
         What formulas may mention.
     parameters : mapping
-        Default value of each parameter, NaN where it is not known.
+        Default value of each parameter that is known.
     report : Report
         Takes the problems.
     """
@@ -43,33 +43,32 @@ class Values:
         if not isinstance(value, str):
             return Number(value)
         try:
-            return read_formula(value, self.names, scope)
+            formula = read_formula(value, self.names, scope)
         except FormulaError as error:
             self.report.add(key, error.what, error.hint)
             return UNKNOWN
+        if scope in (PARAMETERS, FIXED_PARAMETERS):
+            try:
+                self.value(formula)
+            except ArithmeticError as error:
+                self.report.add(key, f"at the default parameters, {error}", "other values of the parameters")
+                return UNKNOWN
+        return formula
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""
         x, y, z = (self.formula(f"{key}[{place}]", entry, scope) for place, entry in enumerate(value))
         return x, y, z
 
-    def number(self, key: str, formula: Formula) -> float:
+    def value(self, formula: Formula) -> float:
         """Return the value of a formula of parameters at their defaults; NaN where it is not known."""
-        if formula is UNKNOWN or any(math.isnan(self.default(symbol)) for symbol in symbols(formula)):
+        if formula is UNKNOWN or any(symbol.name not in self.parameters for symbol in symbols(formula)):
             return math.nan
-        try:
-            return evaluate(formula, self.default)
-        except ArithmeticError as error:
-            self.report.add(key, f"at the default parameters, {error}", "other parameter values")
-            return math.nan
-
-    def default(self, symbol: Symbol) -> float:
-        """Return the default value of a parameter."""
-        return self.parameters.get(symbol.name, math.nan)
+        return evaluate(formula, lambda symbol: self.parameters[symbol.name])
 
     def constant(self, key: str, value: float | str) -> float:
         """Return the number that a value of fixed parameters stands for; NaN where it is not known."""
-        return self.number(key, self.formula(key, value, FIXED_PARAMETERS))
+        return self.value(self.formula(key, value, FIXED_PARAMETERS))
 
     def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
         """Return the numbers of a list of constants."""
@@ -98,8 +97,8 @@ class Values:
     def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
         """Return intrinsic rotations by constant angles; None where one of them is not known."""
         result = []
-        for place, rotation in enumerate(self.rotations(key, value, FIXED_PARAMETERS)):
-            result.append((np.array(rotation.axis), self.number(f"{key}[{place}].angle", rotation.angle)))
+        for rotation in self.rotations(key, value, FIXED_PARAMETERS):
+            result.append((np.array(rotation.axis), self.value(rotation.angle)))
         if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
             return None
         return result
