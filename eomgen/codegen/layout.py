@@ -18,7 +18,7 @@ LAYOUT_VERSION = 1
 def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
 
-    Each function has ``name, description, inputs, outputs (name, shape, size, description), operations, counts``; each of
+    Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations, counts``; each of
     ``parameters, inputs, outputs`` is a list of ``name, member, value, size, unit, description``.
     """
     layout: dict[str, Any] = {
@@ -31,6 +31,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
             "name": function.name,
             "description": function.description,
             "inputs": function.inputs,
+            "input_sizes": [program.input_size(block) for block in function.inputs],
             "outputs": [dataclasses.asdict(output) for output in function.outputs],
             "operations": function.operations,
             "counts": function.counts,

@@ -135,6 +135,10 @@ class Program:
     def function_names(self) -> tuple[str, ...]:
         return tuple(function.name for function in self.functions)
 
+    def input_size(self, block: str) -> int:
+        """Return the number of reals in an input block."""
+        return {"t": 1, "a": self.sizes["v"]}.get(block) or self.sizes[block]
+
     @property
     def has_base(self) -> bool:
         """Whether anything takes or fills the state of a moving base."""

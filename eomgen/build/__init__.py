@@ -1,0 +1,1 @@
+"""C text -> loaded library: compiler, cffi, cache. Knows no mechanics."""

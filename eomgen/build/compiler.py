@@ -1,0 +1,194 @@
+"""Find the C compiler and run it: separate files in parallel, then one link; every failure says which command, and what it said."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from eomgen.errors import Problem, ToolchainError
+
+CANDIDATES = ("cc", "gcc", "clang")
+#: Bytes of C in one file beyond which -O1 is used: -O2 takes twice as long there and gains a few per cent.
+LARGE_FILE = 400_000
+DEFAULT_TIMEOUT = 900.0
+
+_COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A named set of flags. ``native`` code may only be reused on the same kind of processor."""
+
+    name: str
+    flags: tuple[str, ...]
+    native: bool
+
+
+#: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order of sums.
+#: ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest gives. ``quick``: for tests.
+PROFILES = {
+    "fast": Profile("fast", ("-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"), True),
+    "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
+    "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
+}
+
+
+def profile(name: str) -> Profile:
+    """Return a profile by name. Raises ToolchainError with the known names."""
+    if name not in PROFILES:
+        raise ToolchainError(f"no build profile {name!r}", f"one of {', '.join(PROFILES)}")
+    return PROFILES[name]
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler: the words of its command (``CC`` may hold options) and the file behind the first of them."""
+
+    command: tuple[str, ...]
+    path: Path
+
+    @property
+    def identity(self) -> str:
+        """What changes when the compiler does; costs no process."""
+        file = self.path.resolve()
+        status = file.stat()
+        return f"{' '.join(self.command)}|{file}|{status.st_size}|{status.st_mtime_ns}"
+
+    @cached_property
+    def version(self) -> str:
+        """First line of ``cc --version``."""
+        try:
+            result = subprocess.run([*self.command, "--version"], capture_output=True, text=True, timeout=20, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise ToolchainError(f"the C compiler {self.path} does not run: {error}", "another one with CC=...") from error
+        lines = (result.stdout or result.stderr).splitlines()
+        return lines[0] if lines else "unknown version"
+
+
+def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
+    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path.
+
+    Raises
+    ------
+    ToolchainError
+        None is there.
+    """
+    environ = os.environ if environ is None else environ
+    path = environ.get("PATH", "")
+    chosen = shlex.split(environ.get("CC", ""))
+    if chosen:
+        found = shutil.which(chosen[0], path=path)
+        if found is None:
+            raise ToolchainError(
+                Problem("environment variable CC", f"no C compiler {chosen[0]!r} on the path", "unset CC, or name one that is installed")
+            )
+        return Compiler(tuple(chosen), Path(found))
+    for candidate in CANDIDATES:
+        found = shutil.which(candidate, path=path)
+        if found is not None:
+            return Compiler((found,), Path(found))
+    raise ToolchainError(f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path and in CC", install_hint())
+
+
+def install_hint() -> str:
+    """Return the command that installs a compiler on this system."""
+    if sys.platform == "darwin":
+        return "xcode-select --install"
+    if sys.platform == "win32":
+        return "a MinGW-w64 gcc on the path"
+    for tool, command in (("apt-get", "apt install gcc libc6-dev"), ("dnf", "dnf install gcc"), ("apk", "apk add gcc musl-dev")):
+        if shutil.which(tool):
+            return command
+    return "the package of your system that holds gcc or clang"
+
+
+def processor() -> str:
+    """Return a short digest of what ``-march=native`` depends on."""
+    text = platform.machine() + platform.processor()
+    try:
+        with Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as stream:
+            text += "".join(line for _, line in zip(range(40), stream, strict=False) if line.startswith(("model name", "flags", "Features")))
+    except OSError:
+        text += platform.platform()
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def compile_library(
+    compiler: Compiler,
+    sources: Sequence[Path],
+    output: Path,
+    flags: Sequence[str],
+    *,
+    objects: Sequence[Path] = (),
+    jobs: int = 2,
+    timeout: float = DEFAULT_TIMEOUT,
+) -> list[str]:
+    """Compile sources side by side and link them, with ready ``objects``, to a shared library; return the commands.
+
+    Raises
+    ------
+    ToolchainError
+        With the command, its exit status, its last lines, and where the sources are.
+    """
+    deadline = time.monotonic() + timeout
+    with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
+        done = list(pool.map(lambda source: compile_object(compiler, source, flags, deadline), sources))
+    link = [*compiler.command, *_link_flags(), *(str(made) for made, _ in done), *map(str, objects), "-o", str(output), "-lm"]
+    _run(link, output.parent, deadline)
+    return [*(command for _, command in done), shlex.join(link)]
+
+
+def compile_object(compiler: Compiler, source: Path, flags: Sequence[str], deadline: float | None = None) -> tuple[Path, str]:
+    """Compile one file to an object beside it; return the object and the command. Large files get -O1 for -O2."""
+    made = source.with_suffix(".o")
+    large = source.stat().st_size > LARGE_FILE
+    chosen = ["-O1" if flag == "-O2" and large else flag for flag in flags]
+    command = [*compiler.command, *_COMMON, *chosen, "-c", str(source), "-o", str(made)]
+    _run(command, source.parent, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline)
+    return made, shlex.join(command)
+
+
+def _link_flags() -> list[str]:
+    if sys.platform == "darwin":
+        return ["-bundle", "-undefined", "dynamic_lookup"]
+    return ["-shared", "-Wl,-Bsymbolic"]
+
+
+def library_suffix() -> str:
+    """Return the suffix of an extension module of this Python."""
+    return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
+
+
+def _run(command: Sequence[str], folder: Path, deadline: float) -> None:
+    where = f"C compiler, sources kept in {folder}"
+    try:
+        result = subprocess.run(
+            list(command), cwd=folder, capture_output=True, text=True, errors="replace", check=False, timeout=max(0.1, deadline - time.monotonic())
+        )
+    except subprocess.TimeoutExpired as error:
+        raise ToolchainError(
+            Problem(where, f"{shlex.join(command)} did not finish in time", "a longer timeout, fewer functions, or a smaller scene")
+        ) from error
+    except OSError as error:
+        raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error
+    if result.returncode != 0:
+        said = "\n".join((result.stderr or result.stdout).splitlines()[-20:]) or "(it said nothing)"
+        raise ToolchainError(
+            Problem(
+                where,
+                f"{shlex.join(command)} ended with status {result.returncode} and said:\n{said}\n",
+                "eomgen doctor; if the compiler is sound, report this with the folder",
+            )
+        )

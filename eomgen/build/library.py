@@ -1,0 +1,134 @@
+"""A loaded library: calls its functions on NumPy arrays, checking sizes once and spending little more than a microsecond a call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import ToolchainError, UsageError
+
+Array = NDArray[Any]
+
+
+class BoundCall:
+    """A function with its arrays: calling it evaluates into the same outputs again, at the cost of the C call alone."""
+
+    __slots__ = ("_arrays", "_call", "_count", "_function", "_inputs", "_outputs", "_strides")
+
+    def __init__(self, library: Library, function: int, count: int, inputs: Sequence[Array], strides: list[int], outputs: Sequence[Array]) -> None:
+        ffi = library.ffi
+        doubles, pointers, longs = library.types
+        buffers = [ffi.from_buffer(doubles, array) for array in inputs]
+        results = [ffi.from_buffer(doubles, array, True) for array in outputs]
+        self._arrays = (inputs, outputs, buffers, results)  # keeps the memory alive
+        self._inputs = ffi.new(pointers, buffers or [ffi.NULL])
+        self._outputs = ffi.new(pointers, results or [ffi.NULL])
+        self._strides = ffi.new(longs, strides or [0])
+        self._call = library.lib.eomgen_call
+        self._function = function
+        self._count = count
+
+    def __call__(self) -> None:
+        self._call(self._function, self._count, self._inputs, self._strides, self._outputs)
+
+
+class Library:
+    """A compiled model behind the generic interface.
+
+    Attributes
+    ----------
+    ffi, lib : of cffi; ``lib`` has the functions of the interface.
+    layout : mapping
+        What was stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
+    mode : str
+        ``api`` or ``abi``.
+    folder : Path
+        Where the library and its sources are.
+    dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
+    """
+
+    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, folder: Path) -> None:
+        self.ffi = ffi
+        self.lib = lib
+        self.layout = layout
+        self.mode = mode
+        self.folder = folder
+        self.real = ffi.string(lib.eomgen_real()).decode()
+        self.fingerprint = ffi.string(lib.eomgen_fingerprint()).decode()
+        self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
+        self._width = self.dtype.itemsize // 8
+        self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
+        functions = layout["functions"]
+        if lib.eomgen_size(0) != len(functions):
+            raise ToolchainError(f"the library in {folder} has {lib.eomgen_size(0)} functions, its layout {len(functions)}", "building again")
+        self._input_sizes = [tuple(function["input_sizes"]) for function in functions]
+        self._output_sizes = [tuple(output["size"] for output in function["outputs"]) for function in functions]
+        self.index = {function["name"]: number for number, function in enumerate(functions)}
+
+    def bind(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> BoundCall:
+        """Return a function with its arrays.
+
+        Parameters
+        ----------
+        function : number or name.
+        inputs : arrays, C-contiguous, of the library's dtype
+            ``(size,)`` for the same values in every sample, ``(count, size)`` for one row per sample.
+        outputs : arrays of ``size`` numbers (one sample) or ``count * size``, filled in place.
+
+        Raises
+        ------
+        UsageError
+            An array of the wrong type, size or memory order.
+        """
+        number = self.index[function] if isinstance(function, str) else function
+        sizes, results = self._input_sizes[number], self._output_sizes[number]
+        if len(inputs) != len(sizes) or len(outputs) != len(results):
+            raise UsageError(
+                f"{self._name(number)} takes {len(sizes)} arrays and fills {len(results)}, not {len(inputs)} and {len(outputs)}",
+                f"inputs {', '.join(self.layout['functions'][number]['inputs'])}",
+            )
+        count, strides = 0, []
+        for position, (array, size) in enumerate(zip(inputs, sizes, strict=True)):
+            if array.dtype != self.dtype or not array.flags.c_contiguous:
+                raise self._wrong_kind(array, number, "inputs", position)
+            if array.shape == (size,):
+                strides.append(0)
+            elif array.ndim == 2 and array.shape[1] == size and count in (0, len(array)) and len(array):
+                count = len(array)
+                strides.append(size * self._width)
+            else:
+                raise UsageError(
+                    f"{self._argument(number, 'inputs', position)} has shape {array.shape}"
+                    + (f" where other inputs have {count} samples" if count else ""),
+                    f"({size},) or ({count or 'samples'}, {size})",
+                )
+        count = count or 1
+        for position, (array, size) in enumerate(zip(outputs, results, strict=True)):
+            if array.dtype != self.dtype or not array.flags.c_contiguous:
+                raise self._wrong_kind(array, number, "outputs", position)
+            if array.size != count * size:
+                raise UsageError(
+                    f"{self._argument(number, 'outputs', position)} has {array.size} numbers for {count} samples of {size}"
+                )
+        return BoundCall(self, number, count, inputs, strides, outputs)
+
+    def call(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
+        """Evaluate a function once; see ``bind`` for the arrays."""
+        self.bind(function, inputs, outputs)()
+
+    def _name(self, number: int) -> str:
+        return str(self.layout["functions"][number]["name"])
+
+    def _argument(self, number: int, kind: str, position: int) -> str:
+        argument = self.layout["functions"][number][kind][position]
+        return f"{kind[:-1]} {argument if kind == 'inputs' else argument['name']} of {self._name(number)}"
+
+    def _wrong_kind(self, array: Array, number: int, kind: str, position: int) -> UsageError:
+        order = "" if array.flags.c_contiguous else ", not contiguous"
+        return UsageError(
+            f"{self._argument(number, kind, position)} is {array.dtype}{order}", f"numpy.ascontiguousarray(x, dtype=numpy.{self.dtype})"
+        )
