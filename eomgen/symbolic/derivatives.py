@@ -291,8 +291,15 @@ def _derivative(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
 
 def _depending(tape: Tape, live: Iterable[int], on: set[int]) -> set[int]:
     reach: set[int] = set()
+    of_maps: dict[int, bool] = {}
     for node in live:
-        if node in on or any(abs(ref) in reach for ref in tape.operands(node)):
+        if tape.op[node] is Op.MAP:
+            if tape.a[node] not in of_maps:
+                of_maps[tape.a[node]] = any(abs(ref) in reach for ref in tape.operands(node))
+            follows = of_maps[tape.a[node]]
+        else:
+            follows = any(abs(ref) in reach for ref in tape.operands(node))
+        if follows or node in on:
             reach.add(node)
     return reach
 

@@ -138,17 +138,10 @@ def add_map(tape: Tape, loop: Map) -> MapResults:
 
     Results that are a constant of the kernel come back as constants, so zeros by structure stay visible.
     """
-    number = next((n for n, known in enumerate(tape.maps) if cast("Map", known).key == loop.key), None)
-    if number is None:
-        number = len(tape.maps)
-        tape.maps.append(loop)
-    return map_results(tape, number)
-
-
-def map_results(tape: Tape, number: int) -> MapResults:
-    """Return the references to the results of Map ``number`` of a tape."""
-    loop = cast("Map", tape.maps[number])
     constants = [loop.kernel.value(ref) for ref in loop.kernel_refs]
+    number = next((n for n, known in enumerate(tape.maps) if cast("Map", known).key == loop.key), len(tape.maps))
+    if number == len(tape.maps) and None in constants:
+        tape.maps.append(loop)
     sums, last, stacked = loop.split_kernel(constants)
     start = len(sums) + len(last)
 

@@ -8,7 +8,8 @@ constant folding, order of commutative operands), so building is linear in the n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import IntEnum, auto
@@ -58,10 +59,15 @@ UNARY = frozenset(
 )
 LEAVES = frozenset({Op.CONST, Op.INPUT})
 
-_FOLD = {
+_FOLD: dict[Op, Callable[[float], float]] = {
     Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
     Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp, Op.LOG: math.log,
     Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+}  # fmt: skip
+
+_FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
+    Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max,
+    Op.LT: lambda x, y: float(x < y), Op.LE: lambda x, y: float(x <= y),
 }  # fmt: skip
 
 
@@ -167,9 +173,9 @@ class Tape:
     # -- arithmetic -----------------------------------------------------------------------------------------------
 
     def add(self, x: Ref, y: Ref) -> Ref:
-        if x == ZERO:
-            return y
-        if y == ZERO:
+        if abs(x) == ZERO:  # -ZERO comes from negating references without looking at them
+            return y if abs(y) != ZERO else ZERO
+        if abs(y) == ZERO:
             return x
         if x == -y:
             return ZERO
@@ -192,7 +198,7 @@ class Tape:
             return self._negative(self.mul(-x, y))
         elif y < 0:
             return self._negative(self.mul(x, -y))
-        if x == ZERO or y == ZERO:
+        if ZERO in (x, y):
             return ZERO
         if x == ONE:
             return y
@@ -240,10 +246,7 @@ class Tape:
             return self._power(x, y)
         first, second = self.value(x), self.value(y)
         if first is not None and second is not None:
-            folded = {
-                Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max, Op.LT: lambda p, q: float(p < q), Op.LE: lambda p, q: float(p <= q),
-            }[op](first, second)  # fmt: skip
-            return self.constant(folded)
+            return self.constant(_FOLD_TWO[op](first, second))
         if op in (Op.MIN, Op.MAX):
             if x == y:
                 return x
@@ -313,11 +316,16 @@ class Tape:
     def live(self, outputs: Iterable[Ref]) -> list[int]:
         """Return the nodes that the outputs need, in evaluation order (ascending)."""
         needed = bytearray(len(self.op))
+        gathered_maps: set[int] = set()
         stack = [abs(ref) for ref in outputs]
         while stack:
             node = stack.pop()
             if not needed[node]:
                 needed[node] = 1
+                if self.op[node] is Op.MAP:  # its results share their operands: following them once keeps this linear
+                    if self.a[node] in gathered_maps:
+                        continue
+                    gathered_maps.add(self.a[node])
                 stack += [abs(ref) for ref in self.operands(node)]
         return [node for node in range(1, len(self.op)) if needed[node]]
 
@@ -345,8 +353,6 @@ class Tape:
 
     def label(self, node: int) -> str:
         """Return the physical meaning under which a node was recorded."""
-        from bisect import bisect_right  # noqa: PLC0415  # used by rendering only
-
         position = bisect_right(self.blocks, (node, "\U0010ffff")) - 1
         return self.blocks[position][1] if position >= 0 else ""
 

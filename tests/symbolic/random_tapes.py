@@ -48,7 +48,9 @@ def build(program: Sequence[tuple[Op, int, int, bool]], inputs: int = 3) -> tupl
 
 
 programs = strategies.lists(
-    strategies.tuples(strategies.sampled_from(SMOOTH), strategies.integers(0, 40), strategies.integers(0, 40), strategies.booleans()),
+    strategies.tuples(
+        strategies.sampled_from(SMOOTH), strategies.integers(0, 40), strategies.integers(0, 40), strategies.booleans()
+    ),
     min_size=1,
     max_size=14,
 )

@@ -1,0 +1,307 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_tapes import complex_step
+
+from eomgen.symbolic.derivatives import forward_partials, gradient, second_directional
+from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.jets import jets
+from eomgen.symbolic.map import Map, MapResults, add_map, splice, unroll
+from eomgen.symbolic.map_calculus import compact
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
+
+LINKS = 6
+
+
+def flat(results: MapResults):
+    return [*results.sums, *results.last, *(ref for row in results.rows for ref in row)]
+
+
+def chain(tape: Tape, count: int = LINKS) -> Map:
+    """Planar pendulum of ``count`` links with relative angles: energies, tip, and the position of every joint."""
+    kernel = Tape()
+    length, mass = (kernel.input("element", k) for k in range(2))
+    gravity = kernel.input("shared", 0)
+    angle, rate = (kernel.input("gather", k) for k in range(2))
+    theta, omega, x, y, vx, vy = (kernel.input("carry", k) for k in range(6))
+    theta, omega = kernel.add(theta, angle), kernel.add(omega, rate)
+    sine, cosine = kernel.call(Op.SIN, theta), kernel.call(Op.COS, theta)
+    x, y = kernel.add(x, kernel.mul(length, sine)), kernel.sub(y, kernel.mul(length, cosine))
+    speed = kernel.mul(length, omega)
+    vx, vy = kernel.add(vx, kernel.mul(speed, cosine)), kernel.add(vy, kernel.mul(speed, sine))
+    squares = kernel.add(kernel.mul(vx, vx), kernel.mul(vy, vy))
+    kinetic = kernel.mul(kernel.mul(kernel.constant(0.5), mass), squares)
+    potential = kernel.mul(kernel.mul(mass, gravity), y)
+    return Map(
+        kernel, count, (tuple(0.5 + 0.1 * k for k in range(count)), tuple(2.0 - 0.2 * k for k in range(count))),
+        (tape.input("p"),), (tuple(tape.input("q", k) for k in range(count)), tuple(tape.input("v", k) for k in range(count))),
+        (ZERO,) * 6, (kinetic, potential), (theta, omega, x, y, vx, vy), (x, -y), "pendulum",
+    )  # fmt: skip
+
+
+def chain_point(count: int = LINKS):
+    rng = np.random.default_rng(3)
+    return {"q": rng.normal(size=count), "v": rng.normal(size=count), "p": [9.81]}
+
+
+def harmonics(tape: Tape, s, count: int = 5) -> Map:
+    """sum_i A_i cos(k_i s + phi_i): a road profile."""
+    kernel = Tape()
+    amplitude, wave_number, phase = (kernel.input("element", k) for k in range(3))
+    value = kernel.mul(amplitude, kernel.call(Op.COS, kernel.add(kernel.mul(wave_number, kernel.input("shared", 0)), phase)))
+    columns = ((0.3, 0.2, 0.1, 0.05, 0.02), (1.0, 2.5, 4.0, 7.0, 11.0), (0.1, 1.0, -2.0, 3.0, 0.5))
+    return Map(kernel, count, columns, shared=(s,), sums=(value,))
+
+
+def springs(tape: Tape, count: int = 7) -> Map:
+    """Quartic springs between neighbours: energy, and both forces of every spring; shared stiffness."""
+    kernel = Tape()
+    rest = kernel.input("element", 0)
+    stiffness = kernel.input("shared", 0)
+    left, right = kernel.input("gather", 0), kernel.input("gather", 1)
+    stretch = kernel.sub(kernel.sub(right, left), rest)
+    square = kernel.mul(stretch, stretch)
+    force = kernel.mul(stiffness, kernel.mul(square, stretch))
+    energy = kernel.mul(kernel.mul(kernel.constant(0.25), stiffness), kernel.mul(square, square))
+    nodes = [tape.input("q", k) for k in range(count + 1)]
+    return Map(
+        kernel, count, (tuple(0.1 * k for k in range(count)),), (tape.input("p"),), (tuple(nodes[:-1]), tuple(nodes[1:])),
+        sums=(energy,), stacked=(force, -force),
+    )  # fmt: skip
+
+
+def springs_point(count: int = 7):
+    return {"q": np.random.default_rng(5).normal(size=count + 1), "p": [3.0]}
+
+
+MODELS = {"chain": (chain, chain_point), "springs": (springs, springs_point)}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_loop_has_the_bits_of_its_unrolled_form(model):
+    tape = Tape()
+    make, point = MODELS[model]
+    loop = make(tape)
+    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    assert len(looped) == loop.size
+    assert np.array_equal(evaluate(tape, looped, point()), evaluate(tape, unrolled, point()))
+    values = [float(value) for value in evaluate_mpmath(tape, looped, point())]
+    assert values == pytest.approx(evaluate(tape, unrolled, point()), rel=1e-13)
+
+
+def test_the_chain_is_the_pendulum_of_the_textbook():
+    tape = Tape()
+    results = add_map(tape, chain(tape))
+    point = chain_point()
+    theta, omega = np.cumsum(point["q"]), np.cumsum(point["v"])
+    length, mass = 0.5 + 0.1 * np.arange(LINKS), 2.0 - 0.2 * np.arange(LINKS)
+    x, y = np.cumsum(length * np.sin(theta)), -np.cumsum(length * np.cos(theta))
+    vx, vy = np.cumsum(length * omega * np.cos(theta)), np.cumsum(length * omega * np.sin(theta))
+    assert evaluate(tape, results.sums, point) == pytest.approx([mass @ (vx**2 + vy**2) / 2, 9.81 * mass @ y], rel=1e-14)
+    assert evaluate(tape, results.last[2:4], point) == pytest.approx([x[-1], y[-1]], rel=1e-14)
+    joints = evaluate(tape, [ref for row in results.rows for ref in row], point)
+    assert joints.reshape(-1, 2) == pytest.approx(np.array([x, -y]).T)
+
+
+def test_results_are_numbered_sums_then_carries_then_rows_by_element():
+    tape = Tape()
+    results = add_map(tape, chain(tape))
+    assert [tape.b[ref] for ref in flat(results)] == list(range(2 + 6 + 2 * LINKS))
+    assert {tape.op[ref] for ref in flat(results)} == {Op.MAP}
+    assert [tape.b[ref] for ref in results.rows[3]] == [2 + 6 + 3 * 2, 2 + 6 + 3 * 2 + 1]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_derivatives_of_a_loop_are_those_of_its_unrolled_form(model):
+    tape = Tape()
+    make, make_point = MODELS[model]
+    point, loop = make_point(), make(tape)
+    blocks = [(name, k) for name, values in point.items() for k in range(len(values))]
+    seeds = {InputSymbol(*symbol): {d: ONE} for d, symbol in enumerate(blocks)}
+    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    maps = len(tape.maps)
+    found, expected = forward_partials(tape, looped, seeds), forward_partials(tape, unrolled, seeds)
+    assert len(tape.maps) == maps + 1
+    assert all(set(e) <= set(f) for f, e in zip(found, expected, strict=True))
+
+    def matrix(partials):
+        return np.array([evaluate(tape, [row.get(d, ZERO) for d in range(len(blocks))], point) for row in partials])
+
+    reference = np.hstack([complex_step(tape, looped, point, name) for name in point])
+    scale = np.abs(reference).max()
+    assert np.abs(matrix(expected) - reference).max() <= 1e-13 * scale
+    assert np.abs(matrix(found) - reference).max() <= 1e-13 * scale
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_adjoint_loops(model):
+    tape = Tape()
+    make, make_point = MODELS[model]
+    point, loop = make_point(), make(tape)
+    results = add_map(tape, loop)
+    wrt = [tape.input(name, k) for name, values in point.items() for k in range(len(values))]
+    outputs = [results.sums[0], *results.last[2:3], results.rows[3][0], tape.mul(results.sums[-1], results.rows[2][1])]
+    for output in outputs:
+        reference = np.hstack([complex_step(tape, [output], point, name)[0] for name in point])
+        found = evaluate(tape, gradient(tape, output, wrt), point)
+        assert np.abs(found - reference).max() <= 1e-13 * np.abs(reference).max()
+
+
+def test_a_mesh_keeps_its_sparsity_and_its_loop():
+    tape = Tape()
+    count = 40
+    results = add_map(tape, springs(tape, count))
+    before = len(tape.op)
+    partials = forward_partials(tape, flat(results), {InputSymbol("q", k): {k: ONE} for k in range(count + 1)})
+    assert [sorted(tangent) for tangent in partials[1:]] == [[i, i + 1] for i in range(count) for _ in range(2)]
+    assert len(tape.op) - before <= 12 * count
+    assert len(tape.maps) == 2
+
+
+def test_second_derivatives_of_a_chain_by_forward_over_forward_and_forward_over_reverse():
+    tape = Tape()
+    loop, point = chain(tape, 4), chain_point(4)
+    kinetic = add_map(tape, loop).sums[0]
+    q = [tape.input("q", k) for k in range(4)]
+    gradients = gradient(tape, kinetic, q)
+    reference = complex_step(tape, gradients, point, "q")
+    mixed = [forward_partials(tape, gradients, {ref: {k: ONE} for k, ref in enumerate(q)})]
+    reverse = np.array([evaluate(tape, [row.get(k, ZERO) for k in range(4)], point) for row in mixed[0]])
+    forward = np.array([evaluate(tape, second_directional(tape, [kinetic], {q[1]: ONE}, {ref: ONE}), point)[0] for ref in q])
+    assert reverse == pytest.approx(reference, rel=1e-12)
+    assert forward == pytest.approx(reference[1], rel=1e-12)
+
+
+def test_jets_of_a_chain_are_those_of_its_unrolled_form():
+    tape = Tape()
+    loop, point = chain(tape), chain_point()
+    rng = np.random.default_rng(8)
+    order = 4
+    point["c"] = rng.normal(size=2 * LINKS * order)
+    paths = {}
+    for position, (name, k) in enumerate((name, k) for name in "qv" for k in range(LINKS)):
+        paths[InputSymbol(name, k)] = [tape.input(name, k), *(tape.input("c", position * order + i) for i in range(order))]
+    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    found, expected = jets(tape, looped, paths, order), jets(tape, unrolled, paths, order)
+    assert [row[0] for row in found] == looped
+    for one, other in zip(found, expected, strict=True):
+        values = evaluate(tape, other, point)
+        assert np.abs(evaluate(tape, one, point) - values).max() <= 1e-12 * np.abs(values).max()
+    assert sum(tape.op[node] is Op.MAP for node in tape.live([ref for row in found for ref in row])) > 0
+
+
+def test_substituted_first_coefficients_reach_the_loop():
+    tape = Tape()
+    s = tape.input("s")
+    [profile] = add_map(tape, harmonics(tape, s)).sums
+    shifted = tape.add(s, ONE)
+    [jet] = jets(tape, [profile], {s: [shifted, tape.constant(2.0)]}, 1)
+    assert evaluate(tape, jet[:1], {"s": 0.4})[0] == evaluate(tape, [profile], {"s": 1.4})[0]
+    slope = complex_step(tape, [profile], {"s": [1.4]}, "s")[0, 0]
+    assert evaluate(tape, jet[1:], {"s": 0.4})[0] == pytest.approx(2.0 * slope, rel=1e-14)
+
+
+def test_harmonic_sum_with_two_derivatives():
+    tape = Tape()
+    s = tape.input("s")
+    loop = harmonics(tape, s)
+    [profile] = add_map(tape, loop).sums
+    amplitude, wave_number, phase = (np.array(column) for column in loop.elements)
+    angle = wave_number * 0.7 + phase
+    sine, cosine = np.sin(angle), np.cos(angle)
+    expected = [amplitude @ cosine, -(amplitude * wave_number) @ sine, -(amplitude * wave_number**2) @ cosine]
+    [jet] = jets(tape, [profile], {s: [s, ONE]}, 2)
+    assert evaluate(tape, jet, {"s": 0.7}) * [1, 1, 2] == pytest.approx(expected, rel=1e-14)
+    [second] = second_directional(tape, [profile], {s: ONE}, {s: ONE})
+    assert evaluate(tape, [second], {"s": 0.7})[0] == pytest.approx(expected[2], rel=1e-14)
+
+
+def test_the_same_loop_is_recorded_once():
+    tape = Tape()
+    s = tape.input("s")
+    first, second = add_map(tape, harmonics(tape, s)), add_map(tape, harmonics(tape, s))
+    assert first == second
+    third = add_map(tape, harmonics(tape, tape.mul(s, s)))
+    assert third != first
+    assert len(tape.maps) == 2
+
+
+def test_counts_are_those_of_the_unrolled_form():
+    tape = Tape()
+    loop = chain(tape)
+    looped = tape.counts(flat(add_map(tape, loop)))
+    unrolled = tape.counts(flat(unroll(tape, loop)))
+    one = loop.kernel.counts(loop.kernel_refs)
+    assert looped.functions == unrolled.functions == 2 * LINKS
+    assert looped.multiplications == one.multiplications * LINKS
+    assert looped.additions == (one.additions + 2) * LINKS
+    assert looped.statements >= unrolled.statements  # the first link starts from zeros, which only unrolling can fold
+
+
+def test_results_that_are_constants_of_the_kernel_are_constants():
+    tape, kernel = Tape(), Tape()
+    inner, outer = kernel.input("shared", 0), tape.input("x")
+    loop = Map(kernel, 3, shared=(outer,), initial=(outer,), sums=(kernel.constant(2.0),), last=(ZERO,), stacked=(inner, ONE))
+    results = add_map(tape, loop)
+    assert results.sums == (tape.constant(6.0),)
+    assert results.last == (ZERO,)
+    assert [row[1] for row in results.rows] == [ONE] * 3
+    assert flat(unroll(tape, loop))[1] == ZERO
+
+
+def test_compact_drops_what_is_not_needed():
+    tape = Tape()
+    loop = chain(tape)
+    position = compact(Map(loop.kernel, loop.count, loop.elements, loop.shared, loop.gather, loop.initial, last=loop.last), [2])
+    assert (len(position.elements), len(position.shared), len(position.gather), len(position.initial)) == (1, 0, 1, 2)
+    whole = add_map(tape, loop)
+    assert evaluate(tape, [add_map(tape, position).last[0]], chain_point()) == evaluate(tape, [whole.last[2]], chain_point())
+
+
+def test_a_loop_that_does_not_move_has_no_derivative():
+    tape = Tape()
+    results = add_map(tape, harmonics(tape, tape.input("s")))
+    assert forward_partials(tape, results.sums, {InputSymbol("x", 0): {0: ONE}}) == [{}]
+    assert gradient(tape, results.sums[0], [tape.input("x")]) == [ZERO]
+    assert len(tape.maps) == 1
+
+
+def test_long_loops_are_linear():
+    tape = Tape()
+    count = 3000
+    results = add_map(tape, springs(tape, count))
+    refs = flat(results)
+    assert len(tape.live(refs)) == count + 2 + 2 * count + 1
+    value = evaluate(tape, results.sums, {"q": np.arange(count + 1.0), "p": [4.0]})[0]
+    assert value == pytest.approx(np.sum((1.0 - 0.1 * np.arange(count)) ** 4), rel=1e-12)
+
+
+def make_kernel():
+    kernel = Tape()
+    return kernel, kernel.input("gather", 0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"count": 0}, "a Map needs at least one element, not 0"),
+        ({"count": 2, "gather": ((2,),)}, r"gather\[0\] of a Map has 1 entries for 2 elements"),
+        ({"count": 1, "elements": ((1.0, 2.0),)}, r"elements\[0\] of a Map has 2 entries for 1 elements"),
+        ({"count": 1, "initial": (2,)}, "a Map has 1 initial carries but 0 in last; each carry needs both"),
+        ({"count": 1}, r"the kernel of a Map reads \('gather', 0\), which the Map does not give; it gives 0 of 'element', "),
+    ],
+)
+def test_a_map_that_does_not_fit_is_refused(arguments, message):
+    kernel, x = make_kernel()
+    with pytest.raises(ValueError, match=message):
+        Map(kernel, sums=(x,), **arguments)
+
+
+def test_nested_maps_are_refused():
+    kernel = Tape()
+    [inner] = add_map(kernel, harmonics(kernel, kernel.input("shared", 0))).sums
+    with pytest.raises(ValueError, match="the kernel of a Map holds a Map itself; unroll the inner one"):
+        Map(kernel, 2, shared=(ONE,), sums=(inner,))
+    with pytest.raises(ValueError, match="cannot copy the result of a Map to another tape; unroll the Map first"):
+        splice(Tape(), kernel, [inner], {})
