@@ -1,0 +1,1 @@
+"""Time integrators: methods as data that check themselves, and a slow, clear NumPy stepper as oracle of the C templates."""

@@ -1,0 +1,206 @@
+"""Methods as data with a conscience: exact coefficients, declared order, needs and source, checked when they are made.
+
+Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and Cardona,
+Numer. Math. 129 (2015) 149. Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Protocol
+
+from eomgen.errors import ModelError, Problem, UsageError
+
+GENERALIZED_ALPHA = "generalized_alpha"
+RKMK = "rkmk"
+
+
+class FactsLike(Protocol):
+    """What a method may ask about a system (``system.Facts`` answers)."""
+
+    @property
+    def constraints(self) -> bool: ...
+    @property
+    def internal_states(self) -> bool: ...
+
+
+@dataclass(frozen=True)
+class Need:
+    """Something that a system must or must not have: the fact, the value it must have, why, and what to do otherwise."""
+
+    fact: str
+    value: bool
+    reason: str
+    alternative: str
+
+
+_UNCONSTRAINED = Need(
+    "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
+    "describe the mechanism as a tree of joints",
+)  # fmt: skip
+_NO_INTERNAL_STATES = Need(
+    "internal_states", False, "it advances configuration and velocity only and would leave the internal states where they are",
+    "remove the filters or controllers with memory, or feed their result in as an input",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class GeneralizedAlpha:
+    """Generalized-alpha on a Lie group with the optimal parameters for a spectral radius at infinite frequency.
+
+    Parameters
+    ----------
+    rho_inf : float
+        0 (asymptotic annihilation) to 1 (no dissipation). Raises UsageError outside.
+    """
+
+    rho_inf: float = 0.9
+    family: str = field(default=GENERALIZED_ALPHA, init=False)
+    order: int = field(default=2, init=False)
+    source: str = field(default="Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015", init=False)
+    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED, _NO_INTERNAL_STATES), init=False)
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
+            raise UsageError(
+                Problem(
+                    "method.rho_inf", f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
+                    "0.9 for mild numerical damping, 1 for none, 0 for the most",
+                )
+            )  # fmt: skip
+        self._check()
+
+    @property
+    def rho(self) -> Fraction:
+        """The spectral radius as the decimal number that was written."""
+        return Fraction(repr(float(self.rho_inf)))
+
+    @property
+    def alpha_m(self) -> Fraction:
+        return (2 * self.rho - 1) / (self.rho + 1)
+
+    @property
+    def alpha_f(self) -> Fraction:
+        return self.rho / (self.rho + 1)
+
+    @property
+    def gamma(self) -> Fraction:
+        return Fraction(1, 2) + self.alpha_f - self.alpha_m
+
+    @property
+    def beta(self) -> Fraction:
+        return (self.gamma + Fraction(1, 2)) ** 2 / 4
+
+    def _check(self) -> None:
+        _hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
+        _hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
+        _hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
+        at_infinity = _spectral_radius_at_infinity(self.alpha_m, self.alpha_f, self.beta, self.gamma)
+        _hold("the spectral radius at infinite frequency is rho_inf", abs(at_infinity - float(self.rho)) < 1e-4)
+
+
+@dataclass(frozen=True)
+class RungeKuttaMuntheKaas:
+    """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
+
+    Attributes
+    ----------
+    A, b, c : exact fractions
+        The tableau; stage i uses stages before it only.
+    commutators : int
+        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an order p
+        needs p - 2 of them.
+    """
+
+    A: tuple[tuple[Fraction, ...], ...]
+    b: tuple[Fraction, ...]
+    c: tuple[Fraction, ...]
+    order: int
+    commutators: int
+    source: str
+    family: str = field(default=RKMK, init=False)
+    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED, _NO_INTERNAL_STATES), init=False)
+
+    def __post_init__(self) -> None:
+        A, b, c = self.A, self.b, self.c
+        stages = range(len(b))
+        _hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
+        _hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
+        _hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
+        _hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
+        Ac = [sum((A[i][j] * c[j] for j in stages), Fraction(0)) for i in stages]
+        Acc = [sum((A[i][j] * c[j] ** 2 for j in stages), Fraction(0)) for i in stages]
+        AAc = [sum((A[i][j] * Ac[j] for j in stages), Fraction(0)) for i in stages]
+        conditions = [
+            (1, "sum b = 1", b, Fraction(1)),
+            (2, "sum b c = 1/2", [b[i] * c[i] for i in stages], Fraction(1, 2)),
+            (3, "sum b c^2 = 1/3", [b[i] * c[i] ** 2 for i in stages], Fraction(1, 3)),
+            (3, "sum b A c = 1/6", [b[i] * Ac[i] for i in stages], Fraction(1, 6)),
+            (4, "sum b c^3 = 1/4", [b[i] * c[i] ** 3 for i in stages], Fraction(1, 4)),
+            (4, "sum b c A c = 1/8", [b[i] * c[i] * Ac[i] for i in stages], Fraction(1, 8)),
+            (4, "sum b A c^2 = 1/12", [b[i] * Acc[i] for i in stages], Fraction(1, 12)),
+            (4, "sum b A A c = 1/24", [b[i] * AAc[i] for i in stages], Fraction(1, 24)),
+        ]
+        _hold("an order that the conditions here cover: 1 to 4", 1 <= self.order <= 4)
+        for order, text, terms, target in conditions:
+            if order <= self.order:
+                _hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
+
+
+Method = GeneralizedAlpha | RungeKuttaMuntheKaas
+
+def check_needs(method: Method, facts: FactsLike) -> None:
+    """Raise ModelError naming every need of the method that the system does not meet."""
+    problems = [
+        Problem(
+            "method",
+            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason}",
+            need.alternative,
+        )
+        for need in method.needs
+        if bool(getattr(facts, need.fact)) is not need.value
+    ]
+    if problems:
+        raise ModelError(problems)
+
+
+def _hold(text: str, true: bool) -> None:
+    if not true:
+        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
+
+
+def _spectral_radius_at_infinity(alpha_m: Fraction, alpha_f: Fraction, beta: Fraction, gamma: Fraction) -> float:
+    """Return the largest eigenvalue modulus of one step on x'' = -w^2 x as w step grows without bound.
+
+    Equilibrium then forces x = 0 at both ends of the step, so vdot is free and x_{n+1} = 0 gives a_{n+1}.
+    """
+    import numpy as np  # noqa: PLC0415  # the only number crunching of this module
+
+    b, g, am, af = float(beta), float(gamma), float(alpha_m), float(alpha_f)
+    # unknowns of a step, scaled by powers of the step: (v, a, vdot) with x = 0 throughout
+    # 0 = v + (1/2 - b) a + b a',  v' = v + (1 - g) a + g a',  (1 - am) a' + am a = (1 - af) vdot' + af vdot
+    a_next = np.array([-1.0, -(0.5 - b), 0.0]) / b
+    v_next = np.array([1.0, 1.0 - g, 0.0]) + g * a_next
+    if abs(1.0 - af) < 1e-15:
+        return math.inf
+    vdot_next = ((1.0 - am) * a_next + np.array([0.0, am, 0.0]) - np.array([0.0, 0.0, af])) / (1.0 - af)
+    return float(np.max(np.abs(np.linalg.eigvals(np.array([v_next, a_next, vdot_next])))))
+
+
+_HALF, _ZERO = Fraction(1, 2), Fraction(0)
+
+RUNGE_KUTTA_MUNTHE_KAAS_4 = RungeKuttaMuntheKaas(
+    A=(
+        (_ZERO, _ZERO, _ZERO, _ZERO),
+        (_HALF, _ZERO, _ZERO, _ZERO),
+        (_ZERO, _HALF, _ZERO, _ZERO),
+        (_ZERO, _ZERO, Fraction(1), _ZERO),
+    ),
+    b=(Fraction(1, 6), Fraction(1, 3), Fraction(1, 3), Fraction(1, 6)),
+    c=(_ZERO, _HALF, _HALF, Fraction(1)),
+    order=4,
+    commutators=2,
+    source="Munthe-Kaas 1999, with the classical tableau of Kutta 1901",
+)

@@ -1,0 +1,172 @@
+"""What the C templates of a method need to know beyond the model: plain data for ``Program.method``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.methods import GENERALIZED_ALPHA, RKMK, FactsLike, GeneralizedAlpha, Method, check_needs
+from eomgen.lie import series
+from eomgen.lie.product import FactorLike
+
+#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of the
+#: method at steps of 1e-5; the stepper itself keeps the demand above round-off.
+RELATIVE_TOLERANCE = 1e-10
+ABSOLUTE_TOLERANCE = 1e-12
+MAX_ITERATIONS = 16
+MAX_HALVINGS = 6
+
+
+class SystemLike(Protocol):
+    """What is asked of a system (``system.System`` answers)."""
+
+    @property
+    def facts(self) -> Any: ...
+    @property
+    def factors(self) -> Any: ...
+    @property
+    def functions(self) -> Any: ...
+
+
+def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[str, Any]:
+    """Return ``Program.method``: JSON types only. The template is ``c/integrators/<family>.c.jinja``.
+
+    Parameters
+    ----------
+    method : Method
+    system : System
+        Its facts are held against the method's needs first.
+    step : float
+        Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its code.
+
+    Raises
+    ------
+    ModelError
+        The system lacks something that the method needs.
+    UsageError
+        The step is not positive.
+    """
+    facts: FactsLike = system.facts
+    check_needs(method, facts)
+    if not 0.0 < step < float("inf"):
+        raise UsageError(Problem("method.step", f"the step must be a positive number of seconds, not {step!r}", "1e-3"))
+    _check_functions(method, system)
+    implicit = isinstance(method, GeneralizedAlpha)
+    has_dynamics = "forward_dynamics" in system.functions
+    data: dict[str, Any] = {
+        "family": method.family,
+        "order": method.order,
+        "source": method.source,
+        "step": float(step),
+        "matrices": implicit or not has_dynamics,
+        "tangent": implicit,
+        "brackets": not implicit,
+        "lie": _lie_data(system.factors, implicit),
+    }
+    if isinstance(method, GeneralizedAlpha):
+        data |= {
+            "title": "generalized-alpha on Lie groups",
+            "rho_inf": float(method.rho_inf),
+            "rtol": RELATIVE_TOLERANCE,
+            "atol": ABSOLUTE_TOLERANCE,
+            "max_iterations": MAX_ITERATIONS,
+            "max_halvings": MAX_HALVINGS,
+            "rows_per_step": 1,
+        }
+        return data
+    nodes = sorted({c for c in method.c if c != 0} | {1})
+    return data | {
+        "title": f"explicit Runge-Kutta in the Lie algebra, order {method.order}",
+        "stages": len(method.b),
+        "A": [[float(x) for x in row] for row in method.A],
+        "b": [float(x) for x in method.b],
+        "c": [float(x) for x in method.c],
+        "input_rows": [0 if c == 0 else nodes.index(c) + 1 for c in method.c],
+        "input_times": [0.0, *(float(x) for x in nodes)],
+        "rows_per_step": len(nodes),
+    }
+
+
+def _check_functions(method: Method, system: SystemLike) -> None:
+    needed = {"residual", "partials"} if method.family == GENERALIZED_ALPHA else set()
+    if "forward_dynamics" not in system.functions:
+        needed |= {"residual", "partials"}
+    missing = sorted(needed - set(system.functions))
+    problems = []
+    if missing:
+        problems.append(
+            Problem("method", f"{method.family} calls {', '.join(missing)}, which the model was built without", "ask for these terms")
+        )
+    if not system.factors:
+        problems.append(Problem("method", "there is nothing to integrate: every joint is fixed", "give a joint a degree of freedom"))
+    if problems:
+        raise ModelError(problems)
+
+
+def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
+    """Return the factors as runs (neighbouring R's merged) and the coefficients of the functions that they use."""
+    runs: list[dict[str, Any]] = []
+    for factor in factors:
+        last = runs[-1] if runs else None
+        if (
+            last is not None and factor.group == last["group"] == "R"
+            and (last["q"] + last["size"], last["v"] + last["size"]) == (factor.q_start, factor.v_start)
+        ):  # fmt: skip
+            last["size"] += factor.v_size
+        else:
+            runs.append({"group": factor.group, "q": factor.q_start, "v": factor.v_start, "size": factor.v_size})
+    groups = {run["group"] for run in runs}
+    rotations, poses = groups != {"R"}, "SE3" in groups
+    return {
+        "runs": runs,
+        "rotations": rotations,
+        "poses": poses,
+        "tangents": poses or (rotations and implicit),
+        "loops": any(run["group"] != "R" or run["size"] > 1 for run in runs),
+        "sinc": list(series.SINC),
+        "cosine": list(series.COS),
+        "small_limit": series.SMALL_LIMIT,
+        "f3": list(series.F3),
+        "f4": list(series.F4),
+        "f5": list(series.F5),
+        "taylor_limit": series.TAYLOR_LIMIT,
+    }
+
+
+#: The stepper's part of the interface of every compiled model; ``interface_fragment.c.jinja`` implements it.
+STEPPER_CDEF = """\
+long eomgen_stepper_size(int what);
+int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state, double *workspace);
+int eomgen_run(const double *parameters, const double *settings, double *state, double *workspace, long steps, long record_every,
+    const double *u_table, double *record, long *recorded);
+const char *eomgen_status_text(int status);
+"""
+
+#: Meaning of the argument of ``eomgen_stepper_size``.
+STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace")
+
+_SETTINGS = {
+    GENERALIZED_ALPHA: ("step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"),
+    RKMK: ("step",),
+}
+_STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
+
+
+def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
+    """Return the settings by name, in the order of the flat array, with the values of ``Program.method``."""
+    known = {**data, "reuse": 1}
+    return {name: float(known[name]) for name in _SETTINGS[data["family"]]}
+
+
+def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
+    """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name."""
+    sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
+    if data["family"] == GENERALIZED_ALPHA:
+        sizes |= {"a": nv, "rho_inf": 1}
+    sizes |= dict.fromkeys(("step", "origin", "count", *_STATISTICS), 1)
+    layout, start = {}, 0
+    for name, size in sizes.items():
+        layout[name] = slice(start, start + size)
+        start += size
+    return layout

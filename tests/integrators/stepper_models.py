@@ -1,0 +1,367 @@
+"""Models written by hand, once in C and once in NumPy, and the way to compile a rendered stepper around the C."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from eomgen.codegen.program import OutputArray, Program, ProgramFunction
+from eomgen.codegen.render import environment
+from eomgen.integrators.methods import Method
+from eomgen.integrators.specification import STEPPER_SIZES, default_settings, method_data, state_layout
+from eomgen.integrators.stepper import Equations
+from eomgen.system import BASE_LAYOUT, Facts, Factor
+
+
+def skew(x):
+    return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
+
+
+def rotation(p):
+    w, x, y, z = p
+    return np.eye(3) + 2 * w * skew([x, y, z]) + 2 * skew([x, y, z]) @ skew([x, y, z])
+
+
+@dataclass
+class Model:
+    """The C text of the model functions, what they take and give, and the same equations in NumPy."""
+
+    name: str
+    factors: Sequence[Factor]
+    functions: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
+    c_text: str
+    equations: Equations
+    q: np.ndarray
+    v: np.ndarray
+    inputs: int = 0
+
+    @property
+    def facts(self) -> Facts:
+        return Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False)
+
+
+# -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 -----------------------------------------------------------
+
+_TOP_INERTIA = np.diag([15.234375, 0.46875, 15.234375])
+_TOP_CENTER, _GRAVITY, _TOP_MASS = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -9.81]), 15.0
+
+_TOP_C = """
+static void gravity(const real *q, real *g) /* m R^T (0, 0, -9.81) */
+{
+    const real f = K(15.0) * K(-9.81);
+    g[0] = f * K(2.0) * (q[1] * q[3] - q[0] * q[2]);
+    g[1] = f * K(2.0) * (q[2] * q[3] + q[0] * q[1]);
+    g[2] = f * (K(1.0) - K(2.0) * (q[1] * q[1] + q[2] * q[2]));
+}
+void top_residual(const real *q, const real *v, const real *a, real *r)
+{
+    real g[3];
+    gravity(q, g);
+    r[0] = K(15.234375) * a[0] + (K(15.234375) - K(0.46875)) * v[1] * v[2] - g[2];
+    r[1] = K(0.46875) * a[1];
+    r[2] = K(15.234375) * a[2] + (K(0.46875) - K(15.234375)) * v[0] * v[1] + g[0];
+}
+void top_partials(const real *q, const real *v, real *dq, real *dv, real *M)
+{
+    const real d = K(15.234375) - K(0.46875);
+    real g[3];
+    int i;
+    gravity(q, g);
+    for (i = 0; i < 9; ++i) dq[i] = dv[i] = M[i] = K(0.0);
+    M[0] = M[8] = K(15.234375);
+    M[4] = K(0.46875);
+    dv[1] = d * v[2];
+    dv[2] = d * v[1];
+    dv[6] = -d * v[1];
+    dv[7] = -d * v[0];
+    /* -~X ~g with X = e2 */
+    dq[0] = g[1];
+    dq[1] = -g[0];
+    dq[7] = -g[2];
+    dq[8] = g[1];
+}
+void top_forward_dynamics(const real *q, const real *v, real *vdot)
+{
+    const real zero[3] = { K(0.0), K(0.0), K(0.0) };
+    real r[3];
+    top_residual(q, v, zero, r);
+    vdot[0] = -r[0] / K(15.234375);
+    vdot[1] = -r[1] / K(0.46875);
+    vdot[2] = -r[2] / K(15.234375);
+}
+"""
+
+
+def _top_residual(t, q, v, a):
+    return _TOP_INERTIA @ a + np.cross(v, _TOP_INERTIA @ v) - _TOP_MASS * np.cross(_TOP_CENTER, rotation(q).T @ _GRAVITY)
+
+
+def _top_partials(t, q, v, a):
+    K = -_TOP_MASS * skew(_TOP_CENTER) @ skew(rotation(q).T @ _GRAVITY)
+    return K, skew(v) @ _TOP_INERTIA - skew(_TOP_INERTIA @ v), _TOP_INERTIA
+
+
+def heavy_top(velocity=(0.0, 150.0, -4.61538)) -> Model:
+    """Return the heavy top with its pivot fixed; position of the centre is R e2."""
+    factors = [Factor("SO3", "top", 0, 4, 0, 3)]
+    equations = Equations(
+        factors, lambda t, q, v: np.linalg.solve(_TOP_INERTIA, -_top_residual(t, q, v, np.zeros(3))), _top_residual, _top_partials
+    )
+    functions = {
+        "residual": (("q", "v", "a"), ("r",)),
+        "partials": (("q", "v"), ("K", "C", "M")),
+        "forward_dynamics": (("q", "v"), ("vdot",)),
+    }
+    return Model("top", factors, functions, _TOP_C, equations, np.array([1.0, 0, 0, 0]), np.array(velocity))
+
+
+# -- a rigid body on SE(3), tied by a spring to a slider on a line that an input pushes -----------------------------------
+
+_BODY_INERTIA, _BODY_MASS, _SLIDER_MASS = np.diag([1.0, 2.0, 3.0]), 2.0, 0.5
+_STIFFNESS, _DAMPING = 40.0, 0.3
+
+_TIED_C = """
+static void rotate(const real *q, real s, const real *x, real *y) /* R x for s = 1, R^T x for s = -1 */
+{
+    real e[3];
+    e[0] = K(2.0) * (q[2] * x[2] - q[3] * x[1]);
+    e[1] = K(2.0) * (q[3] * x[0] - q[1] * x[2]);
+    e[2] = K(2.0) * (q[1] * x[1] - q[2] * x[0]);
+    y[0] = x[0] + s * q[0] * e[0] + (q[2] * e[2] - q[3] * e[1]);
+    y[1] = x[1] + s * q[0] * e[1] + (q[3] * e[0] - q[1] * e[2]);
+    y[2] = x[2] + s * q[0] * e[2] + (q[1] * e[1] - q[2] * e[0]);
+}
+static void spring(const real *q, real *f) /* force on the body, body axes */
+{
+    real force[3];
+    force[0] = K(-40.0) * (q[4] - q[7]);
+    force[1] = K(-40.0) * q[5];
+    force[2] = K(-40.0) * q[6];
+    rotate(q, K(-1.0), force, f);
+}
+void tied_inputs(real t, real *u) { EG_SINCOS(K(3.0) * t, u, u + 1); }
+void tied_residual(const tied_parameters *p, const real *q, const real *v, const real *a, const real *u, real *r)
+{
+    real f[3];
+    spring(q, f);
+    r[0] = a[0] + v[1] * v[2];
+    r[1] = K(2.0) * a[1] - K(2.0) * v[0] * v[2];
+    r[2] = K(3.0) * a[2] + v[0] * v[1];
+    r[3] = K(2.0) * (a[3] + v[1] * v[5] - v[2] * v[4]) - f[0];
+    r[4] = K(2.0) * (a[4] + v[2] * v[3] - v[0] * v[5]) - f[1];
+    r[5] = K(2.0) * (a[5] + v[0] * v[4] - v[1] * v[3]) - f[2];
+    r[6] = K(0.5) * a[6] - K(40.0) * (q[4] - q[7]) + p->p_damping * v[6] - u[0] - K(0.25) * u[1];
+}
+void tied_partials(const tied_parameters *p, const real *q, const real *v, real *dq, real *dv, real *M)
+{
+    const real axis[3] = { K(1.0), K(0.0), K(0.0) };
+    real f[3], e[3];
+    int i;
+    spring(q, f);
+    rotate(q, K(-1.0), axis, e);
+    for (i = 0; i < 49; ++i) dq[i] = dv[i] = M[i] = K(0.0);
+    M[0] = K(1.0); M[8] = K(2.0); M[16] = K(3.0); M[24] = M[32] = M[40] = K(2.0); M[48] = K(0.5);
+    dv[1] = v[2]; dv[2] = v[1];
+    dv[7] = K(-2.0) * v[2]; dv[9] = K(-2.0) * v[0];
+    dv[14] = v[1]; dv[15] = v[0];
+    /* -m ~U and m ~omega */
+    dv[22] = K(2.0) * v[5]; dv[23] = K(-2.0) * v[4];
+    dv[28] = K(-2.0) * v[5]; dv[30] = K(2.0) * v[3];
+    dv[35] = K(2.0) * v[4]; dv[36] = K(-2.0) * v[3];
+    dv[25] = K(-2.0) * v[2]; dv[26] = K(2.0) * v[1];
+    dv[31] = K(2.0) * v[2]; dv[33] = K(-2.0) * v[0];
+    dv[38] = K(-2.0) * v[1]; dv[39] = K(2.0) * v[0];
+    dv[48] = p->p_damping;
+    /* -~f, k I, -k R^T e and -k e^T R, k */
+    dq[22] = f[2]; dq[23] = -f[1];
+    dq[28] = -f[2]; dq[30] = f[0];
+    dq[35] = f[1]; dq[36] = -f[0];
+    for (i = 0; i < 3; ++i) {
+        dq[(3 + i) * 7 + 3 + i] = K(40.0);
+        dq[(3 + i) * 7 + 6] = K(-40.0) * e[i];
+        dq[6 * 7 + 3 + i] = K(-40.0) * e[i];
+    }
+    dq[48] = K(40.0);
+}
+"""
+
+
+def _tied_residual(u):
+    def residual(t, q, v, a):
+        R, omega, U = rotation(q[:4]), v[:3], v[3:6]
+        force = -_STIFFNESS * (q[4:7] - np.array([q[7], 0, 0]))
+        first = _BODY_INERTIA @ a[:3] + np.cross(omega, _BODY_INERTIA @ omega)
+        second = _BODY_MASS * (a[3:6] + np.cross(omega, U)) - R.T @ force
+        last = _SLIDER_MASS * a[6] - _STIFFNESS * (q[4] - q[7]) + _DAMPING * v[6] - u(t)[0] - 0.25 * u(t)[1]
+        return np.concatenate([first, second, [last]])
+
+    return residual
+
+
+def _tied_partials(t, q, v, a):
+    R, omega, U = rotation(q[:4]), v[:3], v[3:6]
+    force = -_STIFFNESS * (q[4:7] - np.array([q[7], 0, 0]))
+    K, C, M = np.zeros((7, 7)), np.zeros((7, 7)), np.zeros((7, 7))
+    M[:3, :3], M[3:6, 3:6], M[6, 6] = _BODY_INERTIA, _BODY_MASS * np.eye(3), _SLIDER_MASS
+    C[:3, :3] = skew(omega) @ _BODY_INERTIA - skew(_BODY_INERTIA @ omega)
+    C[3:6, :3], C[3:6, 3:6], C[6, 6] = -_BODY_MASS * skew(U), _BODY_MASS * skew(omega), _DAMPING
+    K[3:6, :3], K[3:6, 3:6], K[6, 6] = -skew(R.T @ force), _STIFFNESS * np.eye(3), _STIFFNESS
+    K[3:6, 6] = K[6, 3:6] = -_STIFFNESS * R[0]
+    return K, C, M
+
+
+def formula_inputs(t):
+    return np.array([np.sin(3.0 * t), np.cos(3.0 * t)])
+
+
+def tied_body(u=formula_inputs) -> Model:
+    """Return SE(3) x R with a parameter and two inputs, without forward dynamics in C."""
+    factors = [Factor("SE3", "body", 0, 7, 0, 6), Factor("R", "slider", 7, 1, 6, 1)]
+    residual = _tied_residual(u)
+
+    def forward_dynamics(t, q, v):
+        return np.linalg.solve(_tied_partials(t, q, v, None)[2], -residual(t, q, v, np.zeros(7)))
+
+    functions = {
+        "inputs": (("t",), ("u",)),
+        "residual": (("p", "q", "v", "a", "u"), ("r",)),
+        "partials": (("p", "q", "v"), ("K", "C", "M")),
+    }
+    q = np.array([0.5, -0.5, 0.5, 0.5, 0.1, 0.2, -0.3, 0.4])
+    v = np.array([2.0, -3.0, 1.0, 0.5, -0.2, 0.3, -1.0])
+    return Model("tied", factors, functions, _TIED_C, Equations(factors, forward_dynamics, residual, _tied_partials), q, v, 2)
+
+
+# -- from a model to a running stepper ---------------------------------------------------------------------------------
+
+
+@dataclass
+class Outcome:
+    status: int
+    text: str
+    state: dict[str, np.ndarray]
+    rows: np.ndarray
+
+
+class Stepper:
+    """A compiled stepper behind the flat interface."""
+
+    def __init__(self, library: ctypes.CDLL, program: Program, parameters: Sequence[float]) -> None:
+        self.library, self.program = library, program
+        library.eomgen_stepper_size.restype = ctypes.c_long
+        library.eomgen_status_text.restype = ctypes.c_char_p
+        self.sizes = {name: int(library.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
+        self.settings = default_settings(program.method)
+        self.parameters = np.array([*parameters, 0.0])
+        self.layout = state_layout(program.method, program.sizes["q"], program.sizes["v"])
+        self.state = np.zeros(self.sizes["state"])
+        self.workspace = np.zeros(self.sizes["workspace"])
+
+    def initialize(self, q, v, t=0.0, table=None, **settings) -> Outcome:
+        self.settings |= settings
+        self.state[:] = 0.0
+        self.state[self.layout["t"]], self.state[self.layout["q"]], self.state[self.layout["v"]] = t, q, v
+        status = self.library.eomgen_initialize(
+            _pointer(self.parameters), _pointer(self._settings()), _pointer(table), _pointer(self.state), _pointer(self.workspace)
+        )
+        return self._outcome(status, np.zeros((0, 0)))
+
+    def run(self, steps, every=1, table=None, **settings) -> Outcome:
+        self.settings |= settings
+        record = np.zeros((steps // every + 1, self.sizes["row"]))
+        recorded = ctypes.c_long(-1)
+        status = self.library.eomgen_run(
+            _pointer(self.parameters), _pointer(self._settings()), _pointer(self.state), _pointer(self.workspace), ctypes.c_long(steps),
+            ctypes.c_long(every), _pointer(table), _pointer(record), ctypes.byref(recorded),
+        )  # fmt: skip
+        return self._outcome(status, record[: recorded.value])
+
+    def _settings(self) -> np.ndarray:
+        return np.array(list(self.settings.values()), float)
+
+    def _outcome(self, status: int, rows: np.ndarray) -> Outcome:
+        state = {name: self.state[part].copy() for name, part in self.layout.items()}
+        return Outcome(status, self.library.eomgen_status_text(status).decode(), state, rows)
+
+
+def _pointer(array):
+    return None if array is None else np.ascontiguousarray(array).ctypes.data_as(ctypes.c_void_p)
+
+
+def program_of(model: Model, method: Method, parameters: Sequence[str] = (), **changes) -> Program:
+    """Return a Program whose functions have no statements: their C is written by hand."""
+    functions = tuple(
+        ProgramFunction(name, name, inputs, tuple(OutputArray(o, o, (), 1, "") for o in outputs), (), 0, 0, {})
+        for name, (inputs, outputs) in model.functions.items()
+    )
+
+    @dataclass
+    class Named:
+        member: str
+
+    data = {
+        "prefix": model.name, "description": "", "factors": (), "inputs": (), "outputs": (), "bodies": (), "multipliers": (),
+        "sizes": {"q": len(model.q), "v": len(model.v), "u": model.inputs}, "parameters": tuple(Named(p) for p in parameters),
+        "base_fields": BASE_LAYOUT, "functions": functions, "maps": (), "initial_q": (), "initial_v": (), "initial_z": (),
+        "dof_parent": (), "discontinuity_times": (), "modes": (), "facts": {}, "defaults": {}, "kept": (), "dropped": (),
+        "notes": (), "version": "test", "method": method_data(method, model),
+    }  # fmt: skip
+    return Program(**{**data, **changes})
+
+
+_TYPES = {"p": "const {0}_parameters *p", "t": "real t"}
+
+
+def sources(model: Model, program: Program, parameters: Sequence[str] = ()) -> dict[str, str]:
+    """Return header, model, stepper and interface as C texts."""
+    P, N = program.prefix, program.prefix.upper()
+    members = "".join(f"real {name}; " for name in parameters) or "char none;"
+    declarations = ""
+    for name, (inputs, outputs) in model.functions.items():
+        arguments = [_TYPES.get(block, f"const real *{block}").format(P) for block in inputs] + [f"real *out{o}" for o in outputs]
+        declarations += f"void {P}_{name}({', '.join(arguments)});\n"
+
+    def render(name: str) -> str:
+        return environment().get_template(f"c/integrators/{name}.jinja").render(program=program, prefix=P, upper=N)
+
+    header = f"""#ifndef {N}_H
+#define {N}_H
+#include "eomgen_real.h"
+typedef enum {{ {N}_OK, {N}_NOT_CONVERGED, {N}_SINGULAR, {N}_NOT_FINITE, {N}_BAD_ARGUMENT }} {P}_status;
+typedef struct {{ {members} }} {P}_parameters;
+void {P}_initial_state(real *q, real *v, real *z);
+{declarations}
+{render("header.h")}
+#endif
+"""
+    initial = f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] = K(0.0);\n}}\n"
+    from eomgen.integrators.specification import STEPPER_CDEF
+
+    return {
+        f"{P}.h": header,
+        f"{P}.c": f'#include "{P}.h"\n{initial}{model.c_text}',
+        f"{P}_step.c": render("step.c"),
+        "interface.c": f'#include <stddef.h>\n#include <string.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("interface_fragment.c"),
+        "eomgen_real.h": environment().get_template("c/eomgen_real.h.jinja").render(),
+    }
+
+
+def build(folder: Path, model: Model, method: Method, parameters: dict[str, float] | None = None, flags: Sequence[str] = ()) -> Stepper:
+    """Render, compile under the strictest warnings, and open."""
+    named = parameters or {}
+    program = program_of(model, method, list(named))
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = sources(model, program, list(named))
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    library = folder / "model.so"
+    command = ["gcc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-shared", "-fPIC", *flags]
+    command += [str(folder / name) for name in texts if name.endswith(".c")] + ["-o", str(library), "-lm"]
+    finished = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert finished.returncode == 0, finished.stderr[:4000]
+    return Stepper(ctypes.CDLL(str(library)), program, list(named.values()))
