@@ -1,6 +1,7 @@
 """System: the contract between mechanics and everything behind it.
 
-    M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u),   qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
+    M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u)
+    qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
 
 A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual comes
 first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
@@ -157,8 +158,10 @@ class System:
         """Exact operation counts, function by function."""
         return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
 
-    def sympy(self, term: str, *, named: bool | None = None) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
-        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading.to_sympy``."""
+    def sympy(
+        self, term: str, *, named: bool | None = None
+    ) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
+        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``."""
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
 
         function = self.functions[term]

@@ -10,28 +10,32 @@ from eomgen.mechanics.base import base_law, base_state
 from eomgen.mechanics.bodies import poses, twists
 from eomgen.mechanics.energy import energies
 from eomgen.mechanics.forces import Loads, Quantities, applied_loads
+from eomgen.mechanics.formulas import record
 from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
+from eomgen.mechanics.inputs import input_signal
 from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.tree import Tree, build_tree
+from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.derivatives import forward_partials, tangent_seeds
+from eomgen.symbolic.derivatives import Tangent, forward_partials, tangent_seeds
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import ZERO, InputSymbol, Op, Tape
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 
 #: All terms, with the input blocks each may depend on and what it is.
 TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "mass": (("p", "q"), "inertia matrix M(q), symmetric, full"),
     "coupling": (("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
-    "force": (("p", "t", "q", "v", "u", "base"), "generalized force Q by virtual work: gravity, springs, dampers, actuators, formulas"),
+    "force": (("p", "t", "q", "v", "u", "base"), "generalized force Q: gravity, springs, dampers, actuators, formulas"),
     "base_motion": (("p", "q", "v", "base"), "base-motion terms b: inertia terms that vanish when the base is at rest"),
     "inverse_dynamics": (("p", "t", "q", "v", "a", "u", "base"), "tau = M a + h + b - Q in one recursion"),
     "forward_dynamics": (("p", "t", "q", "v", "u", "base"), "vdot = M^-1 (Q - h - b)"),
     "residual": (("p", "t", "q", "v", "a", "u", "base"), "residual r = M a + h + b - Q of an implicit step"),
-    "partials": (("p", "t", "q", "v", "a", "u", "base"), "exact partials of the residual: K in q (left-trivialised), C in v, M in a"),
+    "partials": (("p", "t", "q", "v", "a", "u", "base"), "partials of the residual: K in q (left-trivialised), C in v, M in a"),
     "poses": (("p", "q", "base"), "quaternion (body to world) and position of every body"),
     "twists": (("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first"),
     "outputs": (("p", "t", "q", "v", "a", "u", "base"), "the scene's named outputs"),
@@ -91,10 +95,8 @@ class _Derivation:
         self._energies: dict[str, Scalar] | None = None
         self.composites = separated.composites(self.grouped)
 
-    def _constant(self, formula: object) -> Scalar:
-        from eomgen.mechanics.formulas import record  # noqa: PLC0415  # one use
-
-        return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])  # type: ignore[arg-type]
+    def _constant(self, formula: Formula) -> Scalar:
+        return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
 
     # -- terms ------------------------------------------------------------------------------------------------------
 
@@ -131,7 +133,7 @@ class _Derivation:
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     def forward_dynamics(self) -> list[Block]:
-        fields = separated.total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
+        fields = total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
         inertial = separated.field_wrenches(self.grouped, fields)
         net = [
             load if applied is None else separated.difference(load, applied)
@@ -147,16 +149,16 @@ class _Derivation:
     def partials(self) -> list[Block]:
         nv = self.tree.nv
         K, C, M = inertial_partials(self.grouped, self.motion)
-        seeds: dict[object, dict[int, int]] = {}
+        seeds: dict[Ref | InputSymbol, Tangent] = {}
         for link in self.tree.links:
             factor = link.factor
             q = [self.tape.input("q", factor.q_start + k) for k in range(factor.q_size)]
-            seeds |= tangent_seeds(self.tape, factor.group, q, factor.v_start)  # type: ignore[arg-type]  # keys are references
+            seeds |= tangent_seeds(self.tape, factor.group, q, factor.v_start)
         for k in range(nv):
-            seeds[InputSymbol("v", k)] = {nv + k: 2}
+            seeds[InputSymbol("v", k)] = {nv + k: ONE}
         applied = self.applied()
         with self.tape.block("partials of applied forces"):
-            tangents = forward_partials(self.tape, [value.ref for value in applied], seeds)  # type: ignore[arg-type]  # as above
+            tangents = forward_partials(self.tape, [value.ref for value in applied], seeds)
         for row, tangent in enumerate(tangents):
             for direction, ref in tangent.items():
                 block, column = (K, direction) if direction < nv else (C, direction - nv)
@@ -205,10 +207,12 @@ class _Derivation:
         if scene.base is not None:
             law = base_law(self.algebra, scene.base, self.tree.parameters)
             size = sum(count for _, count, _ in BASE_LAYOUT)
-            functions["base"] = self._driver("base", "motion of the base at time t", self._block("base", (size,), law, "base struct"))
-        if any(item.formula is not None for item in scene.inputs):
-            values = [self.quantities.formula(item.formula) if item.formula else self.algebra.zero for item in scene.inputs]
-            functions["inputs"] = self._driver("inputs", "inputs given by formula", self._block("u", (len(values),), values, "inputs"))
+            block = self._block("base", (size,), law, "base struct")
+            functions["base"] = self._driver("base", "motion of the base at time t", block)
+        if any(item.given for item in scene.inputs):
+            values = [input_signal(self.quantities, item) for item in scene.inputs]
+            block = self._block("u", (len(values),), values, "inputs")
+            functions["inputs"] = self._driver("inputs", "inputs given by the scene", block)
         facts = self._facts()
         kept, dropped = kept_and_dropped(scene, self.tree, functions, facts)
         return System(

@@ -11,7 +11,17 @@ from eomgen.mechanics.tree import ROOT, Tree
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.scene import Force, Point, Scene, Spring
 from eomgen.symbolic.scalar import (
-    Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose,
+    Algebra,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    dot,
+    minus,
+    negative,
+    plus,
+    scaled,
+    transpose,
 )  # fmt: skip
 from eomgen.symbolic.tape import Op
 

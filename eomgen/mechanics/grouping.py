@@ -1,16 +1,19 @@
 """Grouping of inertial parameters: mass that a joint cannot tell from its parent's is moved to the parent.
 
-Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so it may be counted
-there; for a prismatic joint the whole second moment may, for a spherical joint the mass at its centre. Torques do not change
-(Gautier & Khalil 1990 give the same for Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would,
-so only functions that give generalized forces use the grouped tree.
+Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so
+it may be counted there; for a prismatic joint the whole second moment may, for a spherical joint the mass at its
+centre. Torques do not change (Gautier & Khalil 1990 give the same for Denavit-Hartenberg frames); joint reactions,
+per-body energies and base terms would, so only functions that give generalized forces use the grouped tree.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from eomgen.mechanics.rigid_body import Inertia
 from eomgen.mechanics.tree import ROOT, Link, Tree, cleaned
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, minus
 
 
 def grouped(tree: Tree) -> Tree:
@@ -28,7 +31,7 @@ def grouped(tree: Tree) -> Tree:
         if link.parent != ROOT:
             moved = movable.moved(link.orientation, link.neutral_position)
             inertias[link.parent] = cleaned(algebra, inertias[link.parent] + moved)
-    links = tuple(Link(**{**vars(link), "inertia": inertia}) for link, inertia in zip(tree.links, inertias, strict=True))
+    links = tuple(replace(link, inertia=inertia) for link, inertia in zip(tree.links, inertias, strict=True))
     return Tree(algebra, links, tree.mounts, tree.parameters)
 
 
@@ -38,7 +41,8 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
         case "revolute":
             k = next(axis for axis in range(3) if not link.columns[0].angular[axis].is_zero)
             first = _unit(algebra, k, inertia.first[k])
-            second = algebra.matrix([[inertia.second[k][k] if i == j == k else zero for j in range(3)] for i in range(3)])
+            along = inertia.second[k][k]
+            second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
             return Inertia(inertia.mass, first, second)
         case "prismatic":
             return Inertia(zero, algebra.zero_vector, inertia.second)
@@ -53,14 +57,13 @@ def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:
 
 
 def _without(algebra: Algebra, inertia: Inertia, movable: Inertia) -> Inertia:
+    rows = zip(inertia.second, movable.second, strict=True)
     return Inertia(
         inertia.mass - movable.mass,
-        algebra.vector([x - y for x, y in zip(inertia.first, movable.first, strict=True)]),
-        algebra.matrix([[x - y for x, y in zip(*rows, strict=True)] for rows in zip(inertia.second, movable.second, strict=True)]),
+        minus(inertia.first, movable.first),
+        algebra.matrix([minus(present, moved) for present, moved in rows]),
     )
 
 
-def _constant(values: tuple[Scalar, ...] | list[Scalar] | Vector | Matrix) -> bool:
-    return all(isinstance(value, Scalar) and value.constant is not None for value in values)
-
-
+def _constant(values: Sequence[Scalar]) -> bool:
+    return all(value.constant is not None for value in values)

@@ -35,20 +35,20 @@ def quaternion_kernel() -> Kernel:
     columns = []
     for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
         turned = p * sympy.Quaternion(0, *unit) * p.conjugate()
-        columns.append([sympy.expand(part) for part in (turned.b, turned.c, turned.d)])
+        columns.append([sympy.expand(part) for part in (turned.b, turned.c, turned.d)])  # nine products of two symbols
     results = []
     for row in range(3):
         for column in range(3):
             entry = columns[column][row]
             if row == column:
-                entry = (entry - (w**2 + x**2 + y**2 + z**2)).expand() + 1
+                entry = sympy.expand(entry - (w**2 + x**2 + y**2 + z**2)) + 1  # |p| = 1; a sum of four squares
             results.append(_halved(entry))
     return Kernel(tuple(results))
 
 
 def _halved(entry: sympy.Expr) -> sympy.Expr:
     """Write a quadratic entry as [1 +] 2 (..), one multiplication by two instead of one per term."""
-    constant = entry.subs({symbol: 0 for symbol in entry.free_symbols})
+    constant = entry.subs(dict.fromkeys(entry.free_symbols, 0))
     half = sympy.Add(*((term / 2) for term in sympy.Add.make_args(entry - constant)))
     return constant + sympy.Mul(2, half, evaluate=False)
 

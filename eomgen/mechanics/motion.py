@@ -1,7 +1,8 @@
 """Outward recursion: acceleration fields of all links, in link axes.
 
-A link's points accelerate with a + U s. On a moving base the field splits exactly into what joints cause with the base at rest and what the
-base causes (Euler, centrifugal, Coriolis), so that h and b are derived separately and never as a difference.
+A link's points accelerate with a + U s. On a moving base the field splits exactly into what joints cause with the
+base at rest and what the base causes (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
+as a difference.
 """
 
 from __future__ import annotations

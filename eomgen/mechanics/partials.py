@@ -1,9 +1,10 @@
 """Exact partials of inverse dynamics by composite bodies: left-trivialised in q, ordinary in v, and M.
 
-Moving joint j by a screw s moves its subtree rigidly. In the frame that moves along, every body there gains the twist V x s and the
-spatial acceleration A x s + V x (V x s) of the joint's parent, plus a Coriolis field 2 w x (velocity) of each point (after
-Echeandia & Wensing 2021 and Singh, Russell & Wensing 2022, restated for acceleration fields). The last needs two more composites
-of each subtree only: linear momentum P = int V dm and H = int V s^T dm. Applied forces are differentiated on the tape.
+Moving joint j by a screw s moves its subtree rigidly. In the frame that moves along, every body there gains the twist
+V x s and the spatial acceleration A x s + V x (V x s) of the joint's parent, plus a Coriolis field 2 w x (velocity)
+of each point (after Echeandia & Wensing 2021 and Singh, Russell & Wensing 2022, restated for acceleration fields).
+The last needs two more composites of each subtree only: linear momentum P = int V dm and H = int V s^T dm. Applied
+forces are differentiated on the tape.
 """
 
 from __future__ import annotations
@@ -16,7 +17,20 @@ from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.terms import Wrench, carry, composites, field_wrenches, project
 from eomgen.mechanics.tree import ROOT, Link, Tree
 from eomgen.symbolic.scalar import (
-    Algebra, Matrix, Scalar, Vector, apply, cross, dot, matrix_plus, minus, multiply, outer, plus, scaled, skew, transpose,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    dot,
+    matrix_plus,
+    minus,
+    multiply,
+    outer,
+    plus,
+    scaled,
+    skew,
+    transpose,
 )  # fmt: skip
 
 

@@ -77,8 +77,9 @@ def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor:
 def virtual_work_kernel() -> Kernel:
     """Derive force and moment of the inertia of a rigid body from its virtual work.
 
-    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors of dtheta and
-    dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22 (upper triangle).
+    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors of
+    dtheta and dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22 (upper
+    triangle).
 
     Returns
     -------

@@ -1,7 +1,8 @@
 """The separated terms M, h, Q (gravity), b, and inverse dynamics, from virtual work along the tree.
 
-Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T (..) with the
-Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one joint move its whole subtree.
+Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T
+(..) with the Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one
+joint move its whole subtree.
 """
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
 """From a Scene to a tree of links: fixed joints merged, frames turned so that joint axes are coordinate axes.
 
-A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is no coordinate
-axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where a body sits on its link.
+A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is
+no coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where
+a body sits on its link.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.joints import GROUPS, Column, columns_of, pose_of
@@ -149,7 +150,7 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
             )
         )  # fmt: skip
         q_start, v_start = q_start + q_size, v_start + v_size
-    settled = [Link(**{**vars(link), "inertia": cleaned(algebra, total)}) for link, total in zip(links, inertias, strict=True)]
+    settled = [replace(link, inertia=cleaned(algebra, total)) for link, total in zip(links, inertias, strict=True)]
     return Tree(algebra, tuple(settled), mounts, parameters)
 
 

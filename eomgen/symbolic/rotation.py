@@ -1,7 +1,8 @@
 """Rotations on a tape, kept as the factors they are made of so that each is applied at its true cost.
 
-A constant right-angle factor is free, a rotation about a coordinate axis costs 4 multiplications and 2 additions per vector, and a
-symmetric matrix turns with 8 multiplications and 8 additions instead of two full products (one auxiliary w serves all four entries).
+A constant right-angle factor is free, a rotation about a coordinate axis costs 4 multiplications and 2 additions per
+vector, and a symmetric matrix turns with 8 multiplications and 8 additions instead of two full products (one
+auxiliary w serves all four entries).
 """
 
 from __future__ import annotations
