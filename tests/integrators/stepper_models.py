@@ -332,7 +332,6 @@ def sources(model: Model, program: Program, parameters: Sequence[str] = ()) -> d
     header = f"""#ifndef {N}_H
 #define {N}_H
 #include "eomgen_real.h"
-typedef enum {{ {N}_OK, {N}_NOT_CONVERGED, {N}_SINGULAR, {N}_NOT_FINITE, {N}_BAD_ARGUMENT }} {P}_status;
 typedef struct {{ {members} }} {P}_parameters;
 void {P}_initial_state(real *q, real *v, real *z);
 {declarations}
@@ -345,7 +344,7 @@ void {P}_initial_state(real *q, real *v, real *z);
     return {
         f"{P}.h": header,
         f"{P}.c": f'#include "{P}.h"\n{initial}{model.c_text}',
-        f"{P}_step.c": render("step.c"),
+        f"{P}_step.c": render(f"{program.method['family']}.c"),
         "interface.c": f'#include <stddef.h>\n#include <string.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("interface_fragment.c"),
         "eomgen_real.h": environment().get_template("c/eomgen_real.h.jinja").render(),
     }
