@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from eomgen.errors import ModelError
 from eomgen.mechanics import terms as separated
+from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_law, base_state
 from eomgen.mechanics.bodies import poses, twists
 from eomgen.mechanics.energy import energies
@@ -41,6 +42,9 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "outputs": (("p", "t", "q", "v", "a", "u", "base"), "the scene's named outputs"),
     "energy": (("p", "t", "q", "v", "a", "u", "base"), "kinetic and potential energy, non-conservative power, power of the base"),
 }
+
+#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
+LONG_TREE = 20_000
 
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
@@ -133,6 +137,20 @@ class _Derivation:
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     def forward_dynamics(self) -> list[Block]:
+        ways = [articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts)]
+        if sum(depth * depth for depth in self._depths()) < LONG_TREE:
+            ways.append(self._forward_by_mass_matrix())
+        vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
+        return [self._vector("vdot", vdot, "time derivative of v")]
+
+    def _depths(self) -> list[int]:
+        """Return for each velocity component how many there are from the root to it."""
+        depths: list[int] = []
+        for parent in self.tree.dof_parents():
+            depths.append(1 + (depths[parent] if parent >= 0 else 0))
+        return depths
+
+    def _forward_by_mass_matrix(self) -> list[Scalar]:
         fields = total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
         inertial = separated.field_wrenches(self.grouped, fields)
         net = [
@@ -143,8 +161,7 @@ class _Derivation:
         right = [effort - load for effort, load in zip(self.loads.efforts, bias, strict=True)]
         M = separated.mass_matrix(self.grouped, self.composites)
         with self.tape.block("elimination of the mass matrix from the tips to the root"):
-            vdot = solve_tree(M, right, self.tree.dof_parents())
-        return [self._vector("vdot", vdot, "time derivative of v")]
+            return solve_tree(M, right, self.tree.dof_parents())
 
     def partials(self) -> list[Block]:
         nv = self.tree.nv

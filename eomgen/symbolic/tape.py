@@ -94,6 +94,11 @@ class Counts:
     def flops(self) -> int:
         return self.additions + self.multiplications
 
+    @property
+    def weight(self) -> int:
+        """Rough cost for comparing two ways to the same result: a division counts as eight, a function as twenty flops."""
+        return self.flops + 8 * self.divisions + 20 * self.functions + self.selections
+
     def __add__(self, other: Counts) -> Counts:
         return Counts(
             self.additions + other.additions, self.multiplications + other.multiplications, self.divisions + other.divisions,
