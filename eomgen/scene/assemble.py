@@ -16,6 +16,7 @@ from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
+from eomgen.scene.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.tree import Link, ordered
 from eomgen.scene.values import Values
 
@@ -139,7 +140,19 @@ class _Assembler:
         formula = None
         if entry.formula is not None:
             formula = self.values.formula(key_of("inputs", name, "formula"), entry.formula, TIME)
-        return scene.Input(name, formula, entry.unit, entry.description)
+        harmonics = self.road(key_of("inputs", name, "road"), entry.road) if entry.road is not None else ()
+        return scene.Input(name, formula, entry.unit, entry.description, harmonics)
+
+    def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...]:
+        speed, offset = self.values.constant(f"{key}.speed", road.speed), self.values.constant(f"{key}.offset", road.offset)
+        if speed <= 0.0 or speed > FASTEST:
+            self.report.add(f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20")
+        if abs(offset) > FARTHEST:
+            what = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
+            self.report.add(f"{key}.offset", what, "the distance in m by which this wheel follows the first")
+        if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
+            return ()
+        return road_harmonics(road.road_class, speed, seed=road.seed, offset=offset, harmonics=road.harmonics)
 
     def base(self) -> scene.Base | None:
         base = self.document.base

@@ -55,9 +55,20 @@ class SceneBuilder:
         """Add a named number; a tunable one can be changed without recompiling."""
         return self._enter("parameters", name, value=value, tunable=tunable, unit=unit, description=description)
 
-    def input(self, name: str, formula: Value | None = None, *, unit: str = "", description: str = "") -> Self:
-        """Add an input; ``formula`` (of time and parameters) is its value unless the caller hands in another."""
-        return self._enter("inputs", name, formula=formula, unit=unit, description=description)
+    def input(
+        self,
+        name: str,
+        formula: Value | None = None,
+        *,
+        road: Mapping[str, Any] | None = None,
+        unit: str = "",
+        description: str = "",
+    ) -> Self:
+        """Add an input; ``formula`` (of time and parameters) and ``road`` are its value unless the caller hands in another.
+
+        ``road`` has the keys class (A to H, ISO 8608), speed (m/s), and where needed seed, offset (m) and harmonics.
+        """
+        return self._enter("inputs", name, formula=formula, road=road, unit=unit, description=description)
 
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
         """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""

@@ -55,6 +55,8 @@ def _explained(kind: str, message: str, location: tuple[str | int, ...], given: 
     if kind == "literal_error":
         expected = message.removeprefix("Input should be ").replace("'", "")
         return f"{described(given)} is not known here", f"one of {expected}"
+    if kind in ("greater_than_equal", "less_than_equal"):
+        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", ""
     plain = {"string_type": "a text", "bool_type": "true or false", "int_type": "a whole number", "dict_type": "a table"}
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:
@@ -73,4 +75,4 @@ def _keys_at(location: tuple[str | int, ...]) -> list[str]:
                 if not candidates:
                     return []
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
-    return list(model.model_fields)
+    return [field.alias or name for name, field in model.model_fields.items()]

@@ -13,6 +13,8 @@ import random
 CLASSES = {name: 16e-6 * 4**power for power, name in enumerate("ABCDEFGH")}
 REFERENCE_FREQUENCY = 0.1
 FREQUENCY_RANGE = (0.011, 2.83)
+FASTEST = 10_000.0  # m/s
+FARTHEST = 1e6  # m; the phase of the shortest wave is then 2e7 rad, known to 4e-9
 
 Harmonic = tuple[float, float, float]
 

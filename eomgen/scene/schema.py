@@ -37,8 +37,17 @@ class Parameter(Table):
         return data if isinstance(data, Mapping) else {"value": data}
 
 
+class Road(Table):
+    road_class: Annotated[Literal["A", "B", "C", "D", "E", "F", "G", "H"], Field(alias="class")]
+    speed: Value
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
+    offset: Value = 0.0
+    harmonics: Annotated[int, Field(ge=1, le=2000)] = 200
+
+
 class Input(Table):
     formula: Value | None = None
+    road: Road | None = None
     unit: Unit = ""
     description: Description = ""
 

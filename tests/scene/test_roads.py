@@ -1,0 +1,143 @@
+"""Roads: the spectrum of ISO 8608 band by band, axles that follow, seeds, and the keys of a scene file."""
+
+from __future__ import annotations
+
+import cmath
+import json
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.assemble import from_data
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.roads import Harmonic, road_harmonics
+from eomgen.scene.scene import Scene
+from eomgen.scene.schema import schema
+
+LOW, HIGH = 0.011, 2.83
+C_CLASS = 256e-6
+
+
+def _elevation(harmonics: tuple[Harmonic, ...], times: np.ndarray) -> np.ndarray:
+    amplitude, frequency, phase = np.array(harmonics).T
+    return np.cos(np.outer(times, frequency) + phase) @ amplitude
+
+
+def _scene(road: object, **parameters: object) -> Scene:
+    return from_data(
+        {
+            "format": 1,
+            "name": "car",
+            "parameters": parameters,
+            "inputs": {"road": {"road": road}},
+            "bodies": {"wheel": {"mass": 1.0}},
+            "joints": {"hub": {"type": "prismatic", "parent": "base", "child": "wheel", "axis": [0, 0, 1]}},
+        },
+        file="car.toml",
+    )
+
+
+@pytest.mark.parametrize("count", [1, 7, 200, 2000])
+def test_variance_of_elevation_is_the_integral_of_the_spectrum(count: int) -> None:
+    amplitudes = np.array(road_harmonics("C", 20.0, seed=4, harmonics=count))[:, 0]
+    integral = quad(lambda x: C_CLASS * (math.exp(x) / 0.1) ** -2 * math.exp(x), math.log(LOW), math.log(HIGH), epsrel=1e-13)[0]
+    assert np.sum(amplitudes**2) / 2 == pytest.approx(integral, rel=1e-12)
+
+
+@pytest.mark.parametrize("speed", [3.0, 20.0, 90.0])
+def test_variance_of_velocity_is_the_integral_of_the_white_spectrum(speed: float) -> None:
+    # the band's variance sits at its geometric centre n_c: n_c^2 (1/n_1 - 1/n_2) = n_2 - n_1, so velocities are exact as well
+    amplitude, frequency, _ = np.array(road_harmonics("C", speed, seed=4, harmonics=300)).T
+    white = 4.0 * math.pi**2 * 0.1**2 * C_CLASS * speed  # (m/s)^2 per Hz, over the frequencies speed * n
+    assert np.sum((amplitude * frequency) ** 2) / 2 == pytest.approx(white * speed * (HIGH - LOW), rel=1e-12)
+
+
+def test_wavelengths_stay_within_the_band_of_the_standard() -> None:
+    frequency = np.array(road_harmonics("A", 20.0, harmonics=50))[:, 1]
+    assert LOW < frequency.min() / (2 * math.pi * 20.0) < frequency.max() / (2 * math.pi * 20.0) < HIGH
+    assert np.all(np.diff(frequency) > 0.0)
+
+
+def test_rear_wheel_is_the_front_wheel_later() -> None:
+    speed, wheelbase = 20.0, 3.1
+    front, rear = road_harmonics("C", speed, seed=9), road_harmonics("C", speed, seed=9, offset=wheelbase)
+    times = np.linspace(0.0, 30.0, 401)
+    scale = np.abs(_elevation(front, times)).max()
+    np.testing.assert_allclose(_elevation(rear, times + wheelbase / speed), _elevation(front, times), atol=1e-11 * scale, rtol=0)
+    assert np.abs(_elevation(rear, times) - _elevation(front, times)).max() > 0.1 * scale
+
+
+def test_seed_decides_the_road() -> None:
+    assert road_harmonics("C", 20.0, seed=1) == road_harmonics("C", 20.0, seed=1)
+    assert road_harmonics("C", 20.0, seed=1) != road_harmonics("C", 20.0, seed=2)
+    first, second = 0.13436424411240122, 0.8474337369372327  # the Mersenne Twister seeded with 1, on every machine
+    phases = [phase for _, _, phase in road_harmonics("C", 20.0, seed=1, harmonics=2)]
+    assert phases == pytest.approx([2 * math.pi * first, 2 * math.pi * (second - 1.0)], abs=1e-14)
+
+
+def test_tracks_of_different_seeds_are_independent() -> None:
+    first, second = (np.array(road_harmonics("C", 20.0, seed=seed)) for seed in (1, 2))
+    weights = first[:, 0] ** 2 / np.sum(first[:, 0] ** 2)
+    correlation = sum(w * cmath.exp(1j * (a - b)) for w, a, b in zip(weights, first[:, 2], second[:, 2], strict=True))
+    assert abs(correlation) < 4.0 * math.sqrt(np.sum(weights**2))  # a random walk of these steps; beyond 4 of them: 1e-7
+
+
+def test_each_class_is_twice_as_high_as_the_one_before() -> None:
+    roads = [np.array(road_harmonics(letter, 20.0, seed=3)) for letter in "ABCDEFGH"]
+    for smooth, rough in pairwise(roads):
+        np.testing.assert_allclose(rough[:, 0] ** 2, 4.0 * smooth[:, 0] ** 2, rtol=1e-14)
+        np.testing.assert_array_equal(rough[:, 1:], smooth[:, 1:])
+    assert np.sum(roads[0][:, 0] ** 2) / 2 == pytest.approx(16e-6 * 0.01 * (1 / LOW - 1 / HIGH), rel=1e-12)
+
+
+def test_scene_file_reaches_the_harmonics() -> None:
+    scene = _scene({"class": "D", "speed": "fast", "seed": 5, "offset": "2 * base_half", "harmonics": 30}, fast=25, base_half=1.5)
+    assert scene.inputs[0].harmonics == road_harmonics("D", 25.0, seed=5, offset=3.0, harmonics=30)
+    assert scene.inputs[0].given
+    assert _scene({"class": "C", "speed": 20}).inputs[0].harmonics == road_harmonics("C", 20.0)
+    assert scene.content != _scene({"class": "D", "speed": 25, "seed": 6, "offset": 3.0, "harmonics": 30}).content
+
+
+def test_builder_and_file_say_the_same() -> None:
+    road = {"class": "B", "speed": 15.0, "seed": 2}
+    builder = SceneBuilder("car").input("road", road=road).body("wheel", 1.0)
+    built = builder.joint("hub", "prismatic", "base", "wheel", axis=[0, 0, 1]).build()
+    assert built.inputs == _scene(road).inputs
+
+
+@pytest.mark.parametrize(
+    ("road", "message"),
+    [
+        ({"class": "Z", "speed": 20}, "inputs.road.road.class): 'Z' is not known here; try: one of A, B, C, D, E, F, G or H"),
+        ({"speed": 20}, "inputs.road.road.class): the key class is missing"),
+        ({"clas": "C", "class": "C", "speed": 20}, "road.clas): the key 'clas' is unknown here; try: class"),
+        ({"class": "C"}, "inputs.road.road.speed): the key speed is missing"),
+        ({"class": "C", "speed": 0}, "road.speed): the speed 0 m/s is not between 0 and 10000; try: a speed such as 20"),
+        ({"class": "C", "speed": 2e4}, "the speed 20000 m/s is not between 0 and 10000"),
+        ({"class": "C", "speed": "t"}, "road.speed): time t cannot be used here (column 1); try: fixed parameters only"),
+        ({"class": "C", "speed": "late"}, "the tunable parameter 'late' cannot be used here"),
+        ({"class": "C", "speed": 20, "offset": 1e7}, "inputs.road.road.offset): the offset 1e+07 m is beyond 1000000 m"),
+        ({"class": "C", "speed": 20, "harmonics": 0}, "0 is out of range here: it should be greater than or equal to 1"),
+        ({"class": "C", "speed": 20, "harmonics": 2001}, "2001 is out of range here: it should be less than or equal to 2000"),
+        ({"class": "C", "speed": 20, "seed": -1}, "inputs.road.road.seed): -1 is out of range here"),
+        ({"class": "C", "speed": 20, "seed": 1.5}, "inputs.road.road.seed): a whole number is needed here, not 1.5"),
+        ("C", "inputs.road.road): a table is needed here, not 'C'"),
+    ],
+)
+def test_refusals_name_key_and_remedy(road: object, message: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        _scene(road, late={"value": 20.0, "tunable": True})
+    assert message in str(caught.value)
+
+
+def test_json_schema_knows_roads() -> None:
+    definitions = schema()["$defs"]
+    assert definitions["Road"]["properties"]["class"]["enum"] == list("ABCDEFGH")
+    assert definitions["Road"]["required"] == ["class", "speed"]
+    assert definitions["Road"]["properties"]["harmonics"]["maximum"] == 2000
+    assert "road" in definitions["Input"]["properties"]
+    json.dumps(definitions)
