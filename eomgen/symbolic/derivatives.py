@@ -1,6 +1,6 @@
 """First derivatives of a tape, as operations on the same tape: forward partials with sparsity, and reverse gradients.
 
-Griewank and Walther, Evaluating Derivatives (2008), chapters 3 and 7; orientations by left-trivialised tangents.
+Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
 
 Where a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and MAX take
 the operand they return, the first one recorded where both are equal; SELECT takes the branch it returns and never
@@ -12,9 +12,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
+from eomgen.symbolic.configuration import Tangent, tangent_seeds
 from eomgen.symbolic.tape import LEAVES, ONE, UNARY, ZERO, InputSymbol, Op, Ref, Tape
 
-Tangent = dict[int, Ref]  # direction -> derivative; directions with a derivative of zero by structure are absent
+__all__ = [
+    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent", "tangent_seeds",
+    "weighted_gradient",
+]  # fmt: skip
+
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
 
 
@@ -113,71 +118,10 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
 
 
-def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of one factor of the configuration, for left-trivialised (body-frame) directions.
-
-    Parameters
-    ----------
-    group : {"R", "SO3", "SE3"}
-        ``R``: as many directions as numbers. ``SO3``: unit quaternion (w, x, y, z), dq = 1/2 q (0, dtheta).
-        ``SE3``: quaternion, then position; directions angular first, dx = R(q) dx_body.
-    q : sequence of input references
-    first : int
-        Number of the first direction.
-
-    Raises
-    ------
-    ValueError
-        For an unknown group, or a number of references that does not fit it.
-    """
-    sizes = {"R": len(q), "SO3": 4, "SE3": 7}
-    if len(q) != sizes.get(group, -1):
-        raise ValueError(f"no tangent for group {group!r} with {len(q)} numbers; known: R (any), SO3 (4), SE3 (7)")
-    if group == "R":
-        return {ref: {first + k: ONE} for k, ref in enumerate(q)}
-    half = tape.constant(0.5)
-    w, x, y, z = (tape.mul(half, ref) for ref in q[:4])
-    rows = [(-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w)]
-    seeds: dict[Ref | InputSymbol, Tangent] = {ref: _tangent(first, row) for ref, row in zip(q[:4], rows, strict=True)}
-    if group == "SE3":
-        for ref, row in zip(q[4:], rotation(tape, q[:4]), strict=True):
-            seeds[ref] = _tangent(first + 3, row)
-    return seeds
-
-
-def configuration_seeds(
-    tape: Tape, factors: Iterable[tuple[str, int, int, int]], block: str = "q"
-) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of a whole configuration; ``factors`` are (group, q_start, q_size, v_start), directions are those of v."""
-    seeds: dict[Ref | InputSymbol, Tangent] = {}
-    for group, q_start, q_size, v_start in factors:
-        seeds |= tangent_seeds(tape, group, [tape.input(block, q_start + k) for k in range(q_size)], v_start)
-    return seeds
-
-
-def rotation(tape: Tape, quaternion: Sequence[Ref]) -> list[list[Ref]]:
-    """Return the rows of the rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion
-    two = tape.constant(2.0)
-    double = [tape.mul(two, ref) for ref in (x, y, z)]
-    xx, yy, zz = (tape.mul(d, ref) for d, ref in zip(double, (x, y, z), strict=True))
-    xy, xz, yz = tape.mul(double[0], y), tape.mul(double[0], z), tape.mul(double[1], z)
-    wx, wy, wz = (tape.mul(d, w) for d in double)
-    return [
-        [tape.sub(ONE, tape.add(yy, zz)), tape.sub(xy, wz), tape.add(xz, wy)],
-        [tape.add(xy, wz), tape.sub(ONE, tape.add(xx, zz)), tape.sub(yz, wx)],
-        [tape.sub(xz, wy), tape.add(yz, wx), tape.sub(ONE, tape.add(xx, yy))],
-    ]
-
-
 def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
     """Return the tangent of a reference from those of nodes."""
     tangent = tangents.get(abs(ref), {})
     return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
-
-
-def _tangent(first: int, row: Iterable[Ref]) -> Tangent:
-    return {first + k: ref for k, ref in enumerate(row) if abs(ref) != ZERO}
 
 
 def _by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:

@@ -27,10 +27,17 @@ class Arithmetic:
     constant: Callable[[float], Any]
 
 
-def run(tape: Tape, refs: Iterable[Ref], leaf: Callable[[InputSymbol], Any], arithmetic: Arithmetic) -> list[Any]:
+def run(
+    tape: Tape,
+    refs: Iterable[Ref],
+    leaf: Callable[[InputSymbol], Any],
+    arithmetic: Arithmetic,
+    visit: Callable[[int, Any], Any] | None = None,
+) -> list[Any]:
     """Return the values of references for any kind of number; ``leaf`` gives the value of an input symbol.
 
-    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element.
+    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element. ``visit`` is
+    given every operation with its value and returns what stands for it from there on.
     """
     refs = list(refs)
     values: dict[int, Any] = {}
@@ -51,7 +58,8 @@ def run(tape: Tape, refs: Iterable[Ref], leaf: Callable[[InputSymbol], Any], ari
                 of_maps[number] = _run_map(cast("Map", tape.maps[number]), value, arithmetic)
             values[node] = of_maps[number][tape.b[node]]
         else:
-            values[node] = arithmetic.rules[op](*[value(ref) for ref in tape.operands(node)])
+            result = arithmetic.rules[op](*[value(ref) for ref in tape.operands(node)])
+            values[node] = result if visit is None else visit(node, result)
     return [value(ref) for ref in refs]
 
 

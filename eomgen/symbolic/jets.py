@@ -1,8 +1,10 @@
 """Jets: truncated Taylor coefficients in time of everything on a tape, as operations on the same tape.
 
 A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives (2008),
-table 13.2. Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). Recurrences of
-SQRT, LOG, POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
+table 13.2. Input symbols own their jets: see ``configuration``.
+
+Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of SQRT, LOG,
+POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
 """
 
 from __future__ import annotations
@@ -10,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from eomgen.symbolic.derivatives import rotation
 from eomgen.symbolic.map import record
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
 
@@ -72,64 +73,9 @@ def time_derivatives(tape: Tape, jet: Jet) -> list[Ref]:
     return [tape.mul(tape.constant(float(math.factorial(k))), ref) for k, ref in enumerate(jet)]
 
 
-def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a unit quaternion (w, x, y, z) from those of the body angular velocity: q' = 1/2 q (0, omega).
-
-    ``omega`` holds three jets, needed up to order - 1; coefficients beyond a list are zero.
-    """
-    jet = [list(q)]
-    for k in range(order):
-        total = [ZERO] * 4
-        for i, (w, x, y, z) in enumerate(jet):
-            a, b, c = (_at(component, k - i) for component in omega)
-            rate = (((-x, a), (-y, b), (-z, c)), ((w, a), (y, c), (-z, b)), ((w, b), (z, a), (-x, c)), ((w, c), (x, b), (-y, a)))
-            for row, pairs in enumerate(rate):
-                for left, right in pairs:
-                    total[row] = tape.add(total[row], tape.mul(left, right))
-        half = tape.constant(0.5 / (k + 1))
-        jet.append([tape.mul(half, ref) for ref in total])
-    return [list(component) for component in zip(*jet, strict=True)]
-
-
-def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a pose (quaternion, then position) from those of its body twist (omega, R^T x'): x' = R(q) v."""
-    turning = quaternion_jet(tape, pose[:4], twist[:3], order)
-    entries = [ref for row in rotation(tape, pose[:4]) for ref in row]
-    matrix = jets(tape, entries, dict(zip(pose[:4], turning, strict=True)), order)
-    velocity = [[_at(component, k) for k in range(order + 1)] for component in twist[3:]]
-    algebra = JetAlgebra(tape)
-    moving: list[list[Ref]] = []
-    for row, start in enumerate(pose[4:]):
-        rate = [ZERO] * order
-        for column in range(3):
-            product = algebra.multiply(matrix[3 * row + column][:order], velocity[column][:order])
-            rate = algebra.add(rate, product)
-        moving.append(algebra.integrate(start, rate))
-    return turning + moving
-
-
-def configuration_jets(
-    tape: Tape, factors: Iterable[tuple[str, int, int, int]], velocity: Sequence[Jet], order: int, block: str = "q"
-) -> dict[Ref | InputSymbol, Jet]:
-    """Return the jets of a whole configuration, ready for ``jets``, from those of its left-trivialised velocity.
-
-    ``factors`` are (group, q_start, q_size, v_start), groups as in ``derivatives.tangent_seeds``; ``velocity`` holds one jet per
-    velocity component, needed up to order - 1.
-    """
-    result: dict[Ref | InputSymbol, Jet] = {}
-    for group, q_start, q_size, v_start in factors:
-        q = [tape.input(block, q_start + k) for k in range(q_size)]
-        if group == "SO3":
-            found = quaternion_jet(tape, q, velocity[v_start : v_start + 3], order)
-        elif group == "SE3":
-            found = pose_jet(tape, q, velocity[v_start : v_start + 6], order)
-        elif group == "R":
-            rates = [[_at(velocity[v_start + k], i) for i in range(order)] for k in range(q_size)]
-            found = [JetAlgebra(tape).integrate(start, rate) for start, rate in zip(q, rates, strict=True)]
-        else:
-            raise ValueError(f"no jet for group {group!r}; known: R, SO3, SE3")
-        result |= dict(zip(q, found, strict=True))
-    return result
+def coefficient(jet: Jet, k: int) -> Ref:
+    """Return coefficient k of a jet; beyond its list it is zero."""
+    return jet[k] if k < len(jet) else ZERO
 
 
 class JetAlgebra:
@@ -295,12 +241,8 @@ def _varies(x: Jet) -> bool:
     return any(ref != ZERO for ref in x[1:])
 
 
-def _at(jet: Jet, k: int) -> Ref:
-    return jet[k] if k < len(jet) else ZERO
-
-
 def _given(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
     for key, jet in input_jets.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
         sign = ONE if ref > 0 else -ONE
-        yield ref, [tape.mul(sign, _at(jet, k)) for k in range(order + 1)]
+        yield ref, [tape.mul(sign, coefficient(jet, k)) for k in range(order + 1)]

@@ -20,7 +20,7 @@ Sums start from zero and are added in the order of the elements, so a loop and i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, TypeVar, cast
 
@@ -36,6 +36,11 @@ class MapResults(NamedTuple):
     sums: tuple[Ref, ...]
     last: tuple[Ref, ...]
     rows: tuple[tuple[Ref, ...], ...]
+
+    @property
+    def flat(self) -> list[Ref]:
+        """All of them, in the order of their numbers."""
+        return [*self.sums, *self.last, *(ref for row in self.rows for ref in row)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,12 +178,15 @@ def unroll(tape: Tape, loop: Map) -> MapResults:
     return MapResults(tuple(sums), tuple(carry), tuple(rows))
 
 
-def splice(target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[InputSymbol, Ref]) -> list[Ref]:
-    """Copy what references need from one tape to another and return them there; inputs without a binding stay inputs.
+def splice(
+    target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[InputSymbol, Ref], *, unrolled: bool = False
+) -> list[Ref]:
+    """Copy what references need from one tape to another and return them there.
 
-    Raises ValueError for a source with Maps: they belong to their own tape.
+    Inputs without a binding stay inputs. Maps stay Maps, unless they are to be ``unrolled``.
     """
     copy: dict[int, Ref] = {}
+    of_maps: dict[int, list[Ref]] = {}
 
     def there(ref: Ref) -> Ref:
         found = copy[abs(ref)]
@@ -193,7 +201,17 @@ def splice(target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[In
             bound = bindings.get(symbol)
             copy[node] = target.input(symbol.block, symbol.index) if bound is None else bound
         elif op is Op.MAP:
-            raise ValueError("cannot copy the result of a Map to another tape; unroll the Map first")
+            number = source.a[node]
+            if number not in of_maps:
+                loop = cast("Map", source.maps[number])
+                loop = replace(
+                    loop,
+                    shared=tuple(map(there, loop.shared)),
+                    gather=tuple(tuple(map(there, slot)) for slot in loop.gather),
+                    initial=tuple(map(there, loop.initial)),
+                )
+                of_maps[number] = (unroll(target, loop) if unrolled else add_map(target, loop)).flat
+            copy[node] = of_maps[number][source.b[node]]
         else:
             copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
     return [there(ref) for ref in refs]

@@ -12,7 +12,7 @@ from typing import cast
 
 from eomgen.symbolic.derivatives import Tangent, forward_partials, signed_tangent, weighted_gradient
 from eomgen.symbolic.jets import jets
-from eomgen.symbolic.map import KERNEL_BLOCKS, Map, MapResults, T, add_map, splice
+from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
 
 
@@ -57,7 +57,7 @@ def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order
         seeds[symbol] = [growth.kernel.input(symbol.block, symbol.index), *later]
     found = jets(growth.kernel, growth.refs, seeds, order)
     rows = growth.finish(tape, [{k: ref for k, ref in enumerate(path) if k and ref != ZERO} for path in found])
-    values = _flat(add_map(tape, loop))
+    values = add_map(tape, loop).flat
     return [[value, *(row.get(k, ZERO) for k in range(1, order + 1))] for value, row in zip(values, rows, strict=True)]
 
 
@@ -237,10 +237,6 @@ def _moving(loop: Map, moving: set[InputSymbol]) -> list[InputSymbol]:
 
 def _position(symbol: InputSymbol) -> tuple[str, int]:
     return (symbol.block, symbol.index)
-
-
-def _flat(found: MapResults) -> list[Ref]:
-    return [*found.sums, *found.last, *(ref for row in found.rows for ref in row)]
 
 
 def _labelled(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tangent]:

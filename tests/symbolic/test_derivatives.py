@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import math
-
 import mpmath
 import numpy as np
 import pytest
@@ -9,12 +7,10 @@ from hypothesis import given, settings
 from random_tapes import build, complex_step, points, programs
 
 from eomgen.symbolic.derivatives import (
-    configuration_seeds,
     forward_partials,
     gradient,
     jacobian_vector,
     second_directional,
-    tangent_seeds,
     weighted_gradient,
 )
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
@@ -120,76 +116,6 @@ def test_a_constant_exponent_asks_for_no_logarithm_so_negative_bases_stay_legal(
     [derivative] = jacobian_vector(tape, [output], {x: ONE})
     assert evaluate(tape, [derivative], {"x": -2.0, "p": 3.0})[0] == 12.0
     assert evaluate(tape, [derivative], {"x": 0.0, "p": 2.0})[0] == 0.0
-
-
-def quaternion(vector):
-    angle = math.sqrt(sum(entry * entry for entry in vector))
-    return np.array([math.cos(angle / 2), *(math.sin(angle / 2) / angle * np.asarray(vector))])
-
-
-def product(p, q):
-    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
-
-
-def test_quaternion_tangent_is_the_derivative_along_the_right_exponential():
-    tape = Tape()
-    q = [tape.input("q", k) for k in range(4)]
-    seeds = tangent_seeds(tape, "SO3", q)
-    point = quaternion([0.3, -1.1, 0.7])
-    rows = np.array([evaluate(tape, [seeds[ref][d] for d in range(3)], {"q": point}) for ref in q])
-    step = 1e-5
-    for d in range(3):
-        ahead, behind = (product(point, quaternion(sign * step * np.eye(3)[d])) for sign in (1, -1))
-        assert rows[:, d] == pytest.approx((ahead - behind) / (2 * step), abs=1e-10)
-    norm = [tape.add(tape.add(*(tape.mul(r, r) for r in q[:2])), tape.add(*(tape.mul(r, r) for r in q[2:])))]
-    partials = forward_partials(tape, norm, seeds)[0]
-    assert evaluate(tape, list(partials.values()), {"q": point}) == pytest.approx([0, 0, 0], abs=1e-15)
-
-
-def test_pose_tangent_moves_the_position_in_body_axes():
-    tape = Tape()
-    q = [tape.input("q", k) for k in range(7)]
-    seeds = tangent_seeds(tape, "SE3", q, first=6)
-    point = np.array([*quaternion([0.4, 0.2, -0.9]), 1.0, 2.0, 3.0])
-    body = np.array([0.3, -0.5, 0.8])
-    moved = evaluate(tape, [seeds[ref].get(9 + d, ZERO) for ref in q[4:] for d in range(3)], {"q": point}).reshape(3, 3) @ body
-    turned = product(product(point[:4], np.array([0.0, *body])), point[:4] * [1, -1, -1, -1])
-    assert moved == pytest.approx(turned[1:], abs=1e-15)
-    assert all(set(seeds[ref]) == {6, 7, 8} for ref in q[:4])
-
-
-def test_second_left_derivatives_differ_by_the_lie_bracket():
-    tape = Tape()
-    q = [tape.input("q", k) for k in range(4)]
-    seeds = tangent_seeds(tape, "SO3", q)
-
-    def along(d):
-        return {ref: tangent.get(d, ZERO) for ref, tangent in seeds.items()}
-
-    output = tape.add(tape.mul(q[0], q[1]), tape.call(Op.SIN, tape.mul(q[2], q[3])))
-    [xy] = second_directional(tape, [output], along(0), along(1))
-    [yx] = second_directional(tape, [output], along(1), along(0))
-    [z] = jacobian_vector(tape, [output], along(2))
-    a, b, c = evaluate(tape, [xy, yx, z], {"q": quaternion([0.3, 0.8, -0.4])})
-    assert b - a == pytest.approx(c, rel=1e-13)  # X_0 X_1 - X_1 X_0 = X_[0,1] = X_2; xy means X_1 applied last
-    assert abs(c) > 0.1
-
-
-def test_configuration_seeds_number_directions_like_velocities():
-    tape = Tape()
-    seeds = configuration_seeds(tape, [("R", 0, 1, 0), ("SO3", 1, 4, 1), ("R", 5, 2, 4)])
-    assert seeds[tape.input("q", 0)] == {0: ONE}
-    assert set(seeds[tape.input("q", 2)]) == {1, 2, 3}
-    assert seeds[tape.input("q", 6)] == {5: ONE}
-
-
-def test_an_unknown_group_is_refused():
-    tape = Tape()
-    message = r"no tangent for group 'SO3' with 3 numbers; known: R \(any\), SO3 \(4\), SE3 \(7\)"
-    with pytest.raises(ValueError, match=message):
-        tangent_seeds(tape, "SO3", [tape.input("q", k) for k in range(3)])
-    with pytest.raises(ValueError, match="group 'SU2' with 1"):
-        tangent_seeds(tape, "SU2", [tape.input("q")])
 
 
 def test_weighted_gradient_is_the_transposed_jacobian_times_weights():

@@ -10,10 +10,7 @@ from random_tapes import build, programs
 
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.jets import (
-    configuration_jets,
     jets,
-    pose_jet,
-    quaternion_jet,
     taylor_coefficients,
     time_derivatives,
 )
@@ -126,59 +123,3 @@ def test_coefficients_and_derivatives_are_inverse():
     assert values == pytest.approx([1, 1, 1 / 2, 1 / 6, 1 / 24], rel=1e-16)
     values = evaluate(tape, time_derivatives(tape, jet), {"x": [3.0, 1.0, 4.0, 1.0, 5.0]})
     assert values == pytest.approx([3, 1, 4, 1, 5], rel=1e-15)
-
-
-def product(p, q):
-    p, q = np.asarray(p), np.asarray(q)
-    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
-
-
-UNIT = np.array([0.5, -0.1, 0.7, 0.5])
-UNIT /= np.linalg.norm(UNIT)
-
-
-def test_a_quaternion_of_constant_velocity_follows_the_exponential_series():
-    tape = Tape()
-    q, omega = [tape.input("q", k) for k in range(4)], [tape.input("v", k) for k in range(3)]
-    found = quaternion_jet(tape, q, [[ref] for ref in omega], 6)
-    velocity = np.array([0.8, -1.5, 0.4])
-    value = np.array([evaluate(tape, component, {"q": UNIT, "v": velocity}) for component in found])
-    term = UNIT
-    for k in range(7):
-        assert value[:, k] == pytest.approx(term, rel=1e-14, abs=1e-16)
-        term = product(term, [0.0, *velocity]) / (2 * (k + 1))
-
-
-def test_pose_and_quaternion_jets_follow_the_differential_equation():
-    tape = Tape()
-    pose = [tape.input("q", k) for k in range(7)]
-    paths = np.array([[0.8, 0.3, -0.2], [-1.5, 0.1, 0.6], [0.4, -0.9, 0.2], [1.0, 0.5, 0.1], [-0.3, 0.2, 0.7], [0.6, -0.4, 0.3]])
-    found = pose_jet(tape, pose, [[tape.constant(entry) for entry in path] for path in paths], 14)
-    point = np.array([*UNIT, 1.0, 2.0, 3.0])
-    coefficients = np.array([evaluate(tape, component, {"q": point}) for component in found])
-
-    def rate(t, state):
-        v = [sum(mpmath.mpf(c) * t**k for k, c in enumerate(path)) for path in paths]
-        turn = product(np.array(state[:4]), np.array([0, *v[:3]], dtype=object)) / 2
-        conjugate = np.array(state[:4]) * np.array([1, -1, -1, -1])
-        return [*turn, *product(product(np.array(state[:4]), np.array([0, *v[3:]], dtype=object)), conjugate)[1:]]
-
-    t = 0.1
-    solution = mpmath.odefun(rate, 0, [mpmath.mpf(entry) for entry in point])(t)
-    series = coefficients @ t ** np.arange(15)
-    assert series == pytest.approx([float(entry) for entry in solution], abs=3e-15)
-
-
-def test_configuration_jets_of_a_product_of_groups():
-    tape = Tape()
-    velocity = [[tape.input("v", k), tape.input("a", k)] for k in range(5)]
-    found = configuration_jets(tape, [("R", 0, 1, 0), ("SO3", 1, 4, 1), ("R", 5, 1, 4)], velocity, 2)
-    half = tape.constant(0.5)
-    assert found[tape.input("q", 5)] == [tape.input("q", 5), tape.input("v", 4), tape.mul(half, tape.input("a", 4))]
-    assert [found[tape.input("q", k)] for k in range(1, 5)] == quaternion_jet(
-        tape, [tape.input("q", k) for k in range(1, 5)], velocity[1:4], 2
-    )
-    pose = configuration_jets(tape, [("SE3", 0, 7, 0)], [*velocity, [tape.input("v", 5)]], 2)
-    assert len(pose) == 7
-    with pytest.raises(ValueError, match="no jet for group 'SU2'; known: R, SO3, SE3"):
-        configuration_jets(tape, [("SU2", 0, 4, 0)], velocity, 2)

@@ -7,15 +7,11 @@ from random_tapes import complex_step
 from eomgen.symbolic.derivatives import forward_partials, gradient, second_directional
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.jets import jets
-from eomgen.symbolic.map import Map, MapResults, add_map, splice, unroll
+from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.map_calculus import compact
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
 
 LINKS = 6
-
-
-def flat(results: MapResults):
-    return [*results.sums, *results.last, *(ref for row in results.rows for ref in row)]
 
 
 def chain(tape: Tape, count: int = LINKS) -> Map:
@@ -83,7 +79,7 @@ def test_a_loop_has_the_bits_of_its_unrolled_form(model):
     tape = Tape()
     make, point = MODELS[model]
     loop = make(tape)
-    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    looped, unrolled = add_map(tape, loop).flat, unroll(tape, loop).flat
     assert len(looped) == loop.size
     assert np.array_equal(evaluate(tape, looped, point()), evaluate(tape, unrolled, point()))
     values = [float(value) for value in evaluate_mpmath(tape, looped, point())]
@@ -107,8 +103,8 @@ def test_the_chain_is_the_pendulum_of_the_textbook():
 def test_results_are_numbered_sums_then_carries_then_rows_by_element():
     tape = Tape()
     results = add_map(tape, chain(tape))
-    assert [tape.b[ref] for ref in flat(results)] == list(range(2 + 6 + 2 * LINKS))
-    assert {tape.op[ref] for ref in flat(results)} == {Op.MAP}
+    assert [tape.b[ref] for ref in results.flat] == list(range(2 + 6 + 2 * LINKS))
+    assert {tape.op[ref] for ref in results.flat} == {Op.MAP}
     assert [tape.b[ref] for ref in results.rows[3]] == [2 + 6 + 3 * 2, 2 + 6 + 3 * 2 + 1]
 
 
@@ -119,7 +115,7 @@ def test_derivatives_of_a_loop_are_those_of_its_unrolled_form(model):
     point, loop = make_point(), make(tape)
     blocks = [(name, k) for name, values in point.items() for k in range(len(values))]
     seeds = {InputSymbol(*symbol): {d: ONE} for d, symbol in enumerate(blocks)}
-    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    looped, unrolled = add_map(tape, loop).flat, unroll(tape, loop).flat
     maps = len(tape.maps)
     found, expected = forward_partials(tape, looped, seeds), forward_partials(tape, unrolled, seeds)
     assert len(tape.maps) == maps + 1
@@ -153,7 +149,7 @@ def test_a_mesh_keeps_its_sparsity_and_its_loop():
     count = 40
     results = add_map(tape, springs(tape, count))
     before = len(tape.op)
-    partials = forward_partials(tape, flat(results), {InputSymbol("q", k): {k: ONE} for k in range(count + 1)})
+    partials = forward_partials(tape, results.flat, {InputSymbol("q", k): {k: ONE} for k in range(count + 1)})
     assert [sorted(tangent) for tangent in partials[1:]] == [[i, i + 1] for i in range(count) for _ in range(2)]
     assert len(tape.op) - before <= 12 * count
     assert len(tape.maps) == 2
@@ -182,7 +178,7 @@ def test_jets_of_a_chain_are_those_of_its_unrolled_form():
     paths = {}
     for position, (name, k) in enumerate((name, k) for name in "qv" for k in range(LINKS)):
         paths[InputSymbol(name, k)] = [tape.input(name, k), *(tape.input("c", position * order + i) for i in range(order))]
-    looped, unrolled = flat(add_map(tape, loop)), flat(unroll(tape, loop))
+    looped, unrolled = add_map(tape, loop).flat, unroll(tape, loop).flat
     found, expected = jets(tape, looped, paths, order), jets(tape, unrolled, paths, order)
     assert [row[0] for row in found] == looped
     for one, other in zip(found, expected, strict=True):
@@ -230,8 +226,8 @@ def test_the_same_loop_is_recorded_once():
 def test_counts_are_those_of_the_unrolled_form():
     tape = Tape()
     loop = chain(tape)
-    looped = tape.counts(flat(add_map(tape, loop)))
-    unrolled = tape.counts(flat(unroll(tape, loop)))
+    looped = tape.counts(add_map(tape, loop).flat)
+    unrolled = tape.counts(unroll(tape, loop).flat)
     one = loop.kernel.counts(loop.kernel_refs)
     assert looped.functions == unrolled.functions == 2 * LINKS
     assert looped.multiplications == one.multiplications * LINKS
@@ -247,7 +243,7 @@ def test_results_that_are_constants_of_the_kernel_are_constants():
     assert results.sums == (tape.constant(6.0),)
     assert results.last == (ZERO,)
     assert [row[1] for row in results.rows] == [ONE] * 3
-    assert flat(unroll(tape, loop))[1] == ZERO
+    assert unroll(tape, loop).flat[1] == ZERO
 
 
 def test_compact_drops_what_is_not_needed():
@@ -271,7 +267,7 @@ def test_long_loops_are_linear():
     tape = Tape()
     count = 3000
     results = add_map(tape, springs(tape, count))
-    refs = flat(results)
+    refs = results.flat
     assert len(tape.live(refs)) == count + 2 + 2 * count + 1
     value = evaluate(tape, results.sums, {"q": np.arange(count + 1.0), "p": [4.0]})[0]
     assert value == pytest.approx(np.sum((1.0 - 0.1 * np.arange(count)) ** 4), rel=1e-12)
@@ -303,5 +299,14 @@ def test_nested_maps_are_refused():
     [inner] = add_map(kernel, harmonics(kernel, kernel.input("shared", 0))).sums
     with pytest.raises(ValueError, match="the kernel of a Map holds a Map itself; unroll the inner one"):
         Map(kernel, 2, shared=(ONE,), sums=(inner,))
-    with pytest.raises(ValueError, match="cannot copy the result of a Map to another tape; unroll the Map first"):
-        splice(Tape(), kernel, [inner], {})
+
+def test_splice_takes_loops_along_or_unrolls_them():
+    tape = Tape()
+    results = add_map(tape, chain(tape))
+    refs, point = [tape.mul(results.sums[0], tape.input("p")), -results.rows[2][1]], chain_point()
+    for unrolled in (False, True):
+        target = Tape()
+        copied = splice(target, tape, refs, {InputSymbol("p", 0): target.input("g")}, unrolled=unrolled)
+        assert len(target.maps) == (0 if unrolled else 1)
+        moved = {"q": point["q"], "v": point["v"], "g": point["p"]}
+        assert np.array_equal(evaluate(target, copied, moved), evaluate(tape, refs, point))

@@ -1,0 +1,144 @@
+"""Reading a tape: any block of references as SymPy or LaTeX, whole when small, else with named intermediates.
+
+Nothing is simplified or reordered beyond what SymPy's constructors do on their own: what is read is what is computed.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from eomgen.symbolic.evaluate import Arithmetic, run
+from eomgen.symbolic.map import splice
+from eomgen.symbolic.tape import LEAVES, InputSymbol, Op, Ref, Tape
+
+if TYPE_CHECKING:
+    import sympy
+
+    Named = tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]
+
+WHOLE_LIMIT = 200  # operations up to which a block is given whole
+NAME_LIMIT = 40  # operations after which a long expression without shared parts is given a name all the same
+
+
+def block_to_sympy(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, named: bool | None = None) -> sympy.Matrix | Named:
+    """Return a block of references as SymPy.
+
+    Parameters
+    ----------
+    refs : sequence of Ref
+        Row by row.
+    shape : () or (rows,) or (rows, columns)
+        One number gives a 1 x 1 matrix, a vector a column.
+    named : bool, optional
+        True for named intermediates, False for the whole expressions; by default whole up to 200 operations. Maps are unrolled
+        for reading.
+
+    Returns
+    -------
+    Matrix, or (list of (Symbol, expression), Matrix)
+        The list is in order of evaluation: each expression uses input symbols and earlier names ``w_0``, ``w_1``...
+
+    Raises
+    ------
+    ValueError
+        When the shape has more than two axes or does not hold as many entries as there are references.
+    """
+    import sympy  # noqa: PLC0415  # imported only where SymPy is asked for
+
+    rows, columns = (*shape, 1, 1)[:2]
+    if len(shape) > 2 or rows * columns != len(refs):
+        raise ValueError(
+            f"{len(refs)} references do not fill a block of shape {tuple(shape)}; it has to be (), (rows,) or (rows, columns)"
+        )
+    if any(tape.op[node] is Op.MAP for node in tape.live(refs)):
+        source, tape = tape, Tape()
+        refs = splice(tape, source, refs, {}, unrolled=True)
+    live = tape.live(refs)
+    if named is None:
+        named = sum(tape.op[node] not in LEAVES for node in live) > WHOLE_LIMIT
+    worth = _worth_naming(tape, refs, live) if named else set[int]()
+    names: list[tuple[sympy.Symbol, sympy.Expr]] = []
+
+    def visit(node: int, expression: Any) -> Any:
+        if node not in worth or expression.is_Atom:
+            return expression
+        names.append((sympy.Symbol(f"w_{len(names)}", real=True), expression))
+        return names[-1][0]
+
+    matrix = sympy.Matrix(rows, columns, run(tape, refs, input_symbol, Arithmetic(_sympy_rules(), _number), visit))
+    return (names, matrix) if named else matrix
+
+
+def to_latex(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None) -> str:
+    """Return a block as LaTeX for display mode: ``name = matrix``, after the intermediates it needs, if any, in ``aligned``."""
+    import sympy  # noqa: PLC0415  # as in block_to_sympy
+
+    block = block_to_sympy(tape, refs, shape, named=named)
+    names, matrix = block if isinstance(block, tuple) else ([], block)
+    expression = sympy.latex(matrix if len(shape) else matrix[0, 0])
+    if not names:
+        return f"{name} = {expression}" if name else expression
+    lines = [f"{sympy.latex(symbol)} &= {sympy.latex(value)}" for symbol, value in names]
+    lines.append(f"{name} &= {expression}" if name else f"& {expression}")
+    return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+
+def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
+    """Return the real SymPy symbol of an input: ``q0``, ``v1``, ``t``; parameters and blocks with longer names as ``p_0``."""
+    import sympy  # noqa: PLC0415  # as in block_to_sympy
+
+    if symbol.block == "t":
+        name = "t"
+    elif len(symbol.block) == 1 and symbol.block != "p":
+        name = f"{symbol.block}{symbol.index}"
+    else:
+        name = f"{symbol.block}_{symbol.index}"
+    return sympy.Symbol(name, real=True)
+
+
+def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[int]:
+    """Return the operations that are used more than once, or whose expression would grow beyond NAME_LIMIT."""
+    uses = Counter(abs(ref) for ref in refs)
+    for node in live:
+        uses.update(abs(ref) for ref in tape.operands(node))
+    worth: set[int] = set()
+    size: dict[int, int] = {}
+    for node in live:
+        if tape.op[node] in LEAVES:
+            size[node] = 0
+            continue
+        size[node] = 1 + sum(size[abs(ref)] for ref in tape.operands(node))
+        if uses[node] > 1 or size[node] > NAME_LIMIT:
+            worth.add(node)
+            size[node] = 0
+    return worth
+
+
+def _number(value: float) -> sympy.Expr:
+    """Return integers and their halves, quarters and eighths exactly, as a reader writes them; other doubles as they are."""
+    import sympy  # noqa: PLC0415  # as in block_to_sympy
+
+    exact = (8.0 * value).is_integer() and abs(value) < 1e15
+    return sympy.Rational(int(8.0 * value), 8) if exact else sympy.Float(value)
+
+
+def _sympy_rules() -> dict[Op, Callable[..., Any]]:
+    import sympy  # noqa: PLC0415  # as in block_to_sympy
+
+    def indicator(condition: Any) -> Any:
+        return sympy.Piecewise((1, condition), (0, True))
+
+    def select(condition: Any, then: Any, otherwise: Any) -> Any:
+        comparison = isinstance(condition, sympy.Piecewise) and condition.args[0][0] == 1 and condition.args[1] == (0, True)
+        return sympy.Piecewise((then, condition.args[0][1] if comparison else sympy.Ne(condition, 0)), (otherwise, True))
+
+    return {
+        Op.ADD: lambda x, y: x + y, Op.SUB: lambda x, y: x - y, Op.MUL: lambda x, y: x * y, Op.DIV: lambda x, y: x / y,
+        Op.SQRT: sympy.sqrt, Op.SIN: sympy.sin, Op.COS: sympy.cos, Op.TAN: sympy.tan, Op.ASIN: sympy.asin, Op.ACOS: sympy.acos,
+        Op.ATAN: sympy.atan, Op.ATAN2: sympy.atan2, Op.SINH: sympy.sinh, Op.COSH: sympy.cosh, Op.TANH: sympy.tanh,
+        Op.EXP: sympy.exp, Op.LOG: sympy.log, Op.POW: sympy.Pow, Op.ABS: sympy.Abs, Op.SIGN: sympy.sign,
+        Op.MIN: sympy.Min, Op.MAX: sympy.Max, Op.LT: lambda x, y: indicator(x < y), Op.LE: lambda x, y: indicator(x <= y),
+        Op.SELECT: select,
+    }  # fmt: skip
