@@ -16,8 +16,8 @@ from eomgen.symbolic.configuration import Tangent, tangent_seeds
 from eomgen.symbolic.tape import LEAVES, ONE, UNARY, ZERO, InputSymbol, Op, Ref, Tape
 
 __all__ = [
-    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent", "tangent_seeds",
-    "weighted_gradient",
+    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent",
+    "tangent_seeds", "weighted_gradient",
 ]  # fmt: skip
 
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]

@@ -6,17 +6,17 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.symbolic.configuration import rotation, (
+from eomgen.symbolic.configuration import (
     configuration_jets,
     configuration_seeds,
     pose_jet,
     quaternion_jet,
+    rotation,
     tangent_seeds,
 )
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector, second_directional
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import ONE, ZERO, Op, Tape
-
 
 UNIT = np.array([0.5, -0.1, 0.7, 0.5])
 UNIT /= np.linalg.norm(UNIT)

@@ -4,7 +4,6 @@ import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from random_tapes import build, complex_step, points, programs
 
 from eomgen.symbolic.derivatives import (
     forward_partials,
@@ -15,6 +14,7 @@ from eomgen.symbolic.derivatives import (
 )
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
+from tests.symbolic.random_tapes import build, complex_step, points, programs
 
 BINARY = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE)
 

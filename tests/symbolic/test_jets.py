@@ -6,7 +6,6 @@ import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from random_tapes import build, programs
 
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.jets import (
@@ -15,6 +14,7 @@ from eomgen.symbolic.jets import (
     time_derivatives,
 )
 from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
+from tests.symbolic.random_tapes import build, programs
 
 ORDER = 6
 X = ((0.37, 0.5, -0.4, 0.9, 0.3, -0.7, 1.1), (0.81, -0.6, 0.2, 0.1, -1.3, 0.8, 0.4))

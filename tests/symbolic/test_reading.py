@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import sympy
 from hypothesis import given, settings
-from random_tapes import SMOOTH, apply_tamed, build, programs
-from test_map import LINKS, chain, chain_point
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.reading import block_to_sympy, input_symbol, to_latex
 from eomgen.symbolic.tape import UNARY, InputSymbol, Op, Tape
+from tests.symbolic.loops import LINKS, chain, chain_point
+from tests.symbolic.random_tapes import SMOOTH, apply_tamed, build, programs
 
 POINT = {"x": [0.37, -1.4, 0.9]}
 
