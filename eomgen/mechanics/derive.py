@@ -22,7 +22,8 @@ from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.tree import Tree, build_tree
 from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.derivatives import Tangent, forward_partials, tangent_seeds
+from eomgen.symbolic.configuration import tangent_seeds
+from eomgen.symbolic.derivatives import Tangent, forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System

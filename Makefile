@@ -1,0 +1,43 @@
+# make demo   runs the main job: the active vehicle, from scene file to figure
+# make test   passes the tests
+# Each makes its own virtual environment in .venv and installs what it needs.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# An environment or package index set by the user is respected; nothing here names one.
+
+.PHONY: demo test lint types golden bench clean
+
+$(VENV)/installed: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "eomgen needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+	  { echo "could not make a virtual environment. On Debian or Ubuntu try: apt-get install python3-venv" >&2; exit 1; }
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/installed-test: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[test,dev]'
+	@touch $@
+
+demo: $(VENV)/installed
+	$(BIN)/eomgen doctor --quiet
+	$(BIN)/python examples/active_vehicle/demo.py --out out/active_vehicle
+
+test: $(VENV)/installed-test
+	$(BIN)/eomgen doctor --quiet
+	$(BIN)/python -m pytest -n auto
+
+lint: $(VENV)/installed-test
+	$(BIN)/ruff check .
+
+types: $(VENV)/installed-test
+	$(BIN)/mypy
+
+golden: $(VENV)/installed-test
+	$(BIN)/python -m tests.golden --update
+
+clean:
+	rm -rf $(VENV) out

@@ -1,0 +1,59 @@
+"""What leaving things out saved, in operations: the same scene derived as if everything had been needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.scene import Base, Body, Parameter, Rotation, Scene
+
+#: Terms that are compared; each is derived with and without.
+COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")
+
+
+@dataclass(frozen=True)
+class Saving:
+    """Operations (additions and multiplications) of one term, as it is and as it would be without one simplification."""
+
+    what: str
+    term: str
+    operations: int
+    without: int
+
+
+def savings(scene: Scene) -> list[Saving]:
+    """Derive the scene again without each simplification that it allows, and compare operation counts."""
+    actual = derive(scene, COMPARED).counts
+    found = []
+    for what, variant in _variants(scene):
+        counts = derive(variant, COMPARED).counts
+        found += [Saving(what, term, actual[term].flops, counts[term].flops) for term in COMPARED]
+    return found
+
+
+def _variants(scene: Scene) -> list[tuple[str, Scene]]:
+    variants = [("inertial parameters folded and grouped", _with_tunable_inertia(scene))]
+    if scene.base is None:
+        moving = Base(rotations=(Rotation((0.6, 0.0, 0.8), Symbol("time")),))
+        variants.append(("base at rest", replace(scene, base=moving)))
+    if any(not parameter.tunable for parameter in scene.parameters):
+        tunable = tuple(replace(parameter, tunable=True) for parameter in scene.parameters)
+        variants.append(("fixed parameters folded", replace(scene, parameters=tunable)))
+    return variants
+
+
+def _with_tunable_inertia(scene: Scene) -> Scene:
+    """Return the scene with mass, centre of mass and inertia of all bodies as tunable parameters."""
+    parameters: list[Parameter] = list(scene.parameters)
+    bodies: list[Body] = []
+
+    def tunable(name: str) -> Symbol:
+        parameters.append(Parameter(name, 1.0, tunable=True))
+        return Symbol("parameter", name)
+
+    for number, body in enumerate(scene.bodies):
+        symbols = [tunable(f"inertial {number} {k}") for k in range(10)]
+        tensor = (symbols[4], symbols[5], symbols[6], symbols[7], symbols[8], symbols[9])
+        bodies.append(replace(body, mass=symbols[0], center_of_mass=(symbols[1], symbols[2], symbols[3]), inertia=tensor))
+    return replace(scene, parameters=tuple(parameters), bodies=tuple(bodies))

@@ -1,0 +1,19 @@
+"""Packaging only: puts the top-level templates into the wheel as eomgen/_templates."""
+
+from pathlib import Path
+from shutil import copytree
+
+from setuptools import setup
+from setuptools.command.build_py import build_py
+
+
+class BuildWithTemplates(build_py):
+    """The ordinary build, plus the templates that the installed package renders."""
+
+    def run(self) -> None:
+        super().run()
+        if not self.editable_mode:
+            copytree(Path("templates"), Path(self.build_lib) / "eomgen" / "_templates", dirs_exist_ok=True)
+
+
+setup(cmdclass={"build_py": BuildWithTemplates})
