@@ -37,22 +37,22 @@ def inverse(group: Group, q: Array) -> Array:
 
 def adjoint(group: Group, q: Array) -> Array:
     """Return Ad(q), (..., v_size, v_size)."""
-    return _matrix(group.adjoint(_split(q)))
+    return _matrix(group.adjoint(_split(q)), q)
 
 
 def bracket_matrix(group: Group, v: Array) -> Array:
     """Return ad(v), (..., v_size, v_size), with ad(v) w = [v, w]."""
-    return _matrix(group.bracket_matrix(_split(v)))
+    return _matrix(group.bracket_matrix(_split(v)), v)
 
 
 def tangent(group: Group, theta: Array) -> Array:
     """Return T(theta), (..., v_size, v_size)."""
-    return _matrix(group.tangent(_ALGEBRA, _split(theta)))
+    return _matrix(group.tangent(_ALGEBRA, _split(theta)), theta)
 
 
 def tangent_inverse(group: Group, theta: Array) -> Array:
     """Return T(theta)^-1, (..., v_size, v_size), for rotation angles below 2 pi."""
-    return _matrix(group.tangent_inverse(_ALGEBRA, _split(theta)))
+    return _matrix(group.tangent_inverse(_ALGEBRA, _split(theta)), theta)
 
 
 def renormalized(group: Group, q: Array) -> Array:
@@ -75,6 +75,8 @@ def _join(values: Sequence[Any]) -> Array:
     return np.stack(np.broadcast_arrays(*values), axis=-1) if values else np.zeros(0)
 
 
-def _matrix(rows: Rows) -> Array:
-    entries = np.broadcast_arrays(*(entry for row in rows for entry in row))
-    return np.stack(entries, axis=-1).reshape(*entries[0].shape, len(rows), len(rows))
+def _matrix(rows: Rows, of: Array) -> Array:
+    """Return rows of values as matrices; ``of`` is what they belong to: its batch is theirs, also where all entries are constant."""
+    batch = np.shape(of)[:-1]
+    entries = [np.broadcast_to(entry, batch) for row in rows for entry in row]
+    return np.stack(entries, axis=-1).reshape(*batch, len(rows), len(rows))
