@@ -20,8 +20,6 @@ from pathlib import Path
 from eomgen.errors import Problem, ToolchainError
 
 CANDIDATES = ("cc", "gcc", "clang")
-#: Bytes of C in one file beyond which -O1 is used: -O2 takes twice as long there and gains a few per cent.
-LARGE_FILE = 400_000
 DEFAULT_TIMEOUT = 900.0
 
 _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
@@ -151,11 +149,9 @@ def compile_library(
 
 
 def compile_object(compiler: Compiler, source: Path, flags: Sequence[str], deadline: float | None = None) -> tuple[Path, str]:
-    """Compile one file to an object beside it; return the object and the command. Large files get -O1 for -O2."""
+    """Compile one file to an object beside it; return the object and the command."""
     made = source.with_suffix(".o")
-    large = source.stat().st_size > LARGE_FILE
-    chosen = ["-O1" if flag == "-O2" and large else flag for flag in flags]
-    command = [*compiler.command, *_COMMON, *chosen, "-c", str(source), "-o", str(made)]
+    command = [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(made)]
     _run(command, source.parent, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline)
     return made, shlex.join(command)
 

@@ -55,7 +55,7 @@ class CNames:
         if function.name == "base":
             parts.append(f"{self.prefix}_base_state *{qualifier}base")
         else:
-            parts += [f"real *{qualifier}{output.name}" for output in function.outputs]
+            parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
         return ", ".join(parts) or "void"
 
     def part_arguments(self, function: ProgramFunction, number: int) -> str:
@@ -66,14 +66,14 @@ class CNames:
         if function.name == "base":
             texts += [f"{self.prefix}_base_state *restrict base"] if part.outputs else []
         else:
-            texts += [f"real *restrict {function.outputs[index].name}" for index in part.outputs]
+            texts += [f"real *restrict {function.outputs[index].argument}" for index in part.outputs]
         return ", ".join(texts) or "void"
 
     def part_call(self, function: ProgramFunction, number: int) -> str:
         """Return the arguments with which a function calls one of its parts."""
         part = function.parts[number]
         texts = [*part.inputs, *(["w"] if part.workspace else [])]
-        texts += [function.outputs[index].name for index in part.outputs]
+        texts += [function.outputs[index].argument for index in part.outputs]
         return ", ".join(texts)
 
     def unused(self, function: ProgramFunction) -> list[str]:
@@ -94,7 +94,7 @@ class CNames:
     def buffered_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call from the other interfaces, on local copies."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
-        return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.name for output in function.outputs])])
+        return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])])
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
         """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their own."""

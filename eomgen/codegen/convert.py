@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eomgen import __version__
 from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
 from eomgen.codegen.program import Named, OutputArray, Program, ProgramFunction
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
@@ -43,8 +44,6 @@ def to_program(
     unknown = [name for name in wanted if name not in system.functions]
     if unknown:
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
-    import eomgen  # noqa: PLC0415  # the package's door may import this module
-
     return Program(
         prefix=check_prefix(system.name),
         description=system.description,
@@ -78,7 +77,7 @@ def to_program(
         kept=system.kept,
         dropped=system.dropped,
         notes=system.notes,
-        version=getattr(eomgen, "__version__", "0"),
+        version=__version__,
         method=dict(method or {}),
     )
 
@@ -117,7 +116,7 @@ def _function(system: System, function: Function, part_limit: int, nest_limit: i
         description=function.description,
         inputs=inputs,
         outputs=tuple(
-            OutputArray(label if name == "base" else output_name(label, inputs), shape, len(refs), description)
+            OutputArray(label, label if name == "base" else output_name(label, inputs), shape, len(refs), description)
             for label, shape, refs, description in blocks
         ),
         parts=result.parts,

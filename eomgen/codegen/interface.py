@@ -7,13 +7,15 @@ A complex model takes and gives pairs of doubles; strides count doubles.
 
 from __future__ import annotations
 
+from eomgen.integrators.specification import STEPPER_CDEF
+
 #: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
-INTERFACE_CDEF = """\
+INTERFACE_CDEF = f"""\
 const char *eomgen_fingerprint(void);
 const char *eomgen_real(void);
 long eomgen_size(int what);
 int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
-"""
+{STEPPER_CDEF}"""
 
 #: Meaning of the argument of ``eomgen_size``.
 SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")

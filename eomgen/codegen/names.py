@@ -12,7 +12,7 @@ _C_WORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
     return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool _Complex _Imaginary
     asm bool catch class delete explicit export false friend mutable namespace new operator private protected public template
-    this throw true try typename using virtual real complex main count inputs outputs strides K""".split()
+    this throw true try typename using virtual real complex main count inputs outputs strides""".split()
 )
 
 

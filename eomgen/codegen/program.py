@@ -44,9 +44,10 @@ class Part:
 
 @dataclass(frozen=True)
 class OutputArray:
-    """An output of a function, row-major."""
+    """An output of a function, row-major. ``argument`` is its name where inputs and words of C are in the way."""
 
     name: str
+    argument: str
     shape: tuple[int, ...]
     size: int
     description: str

@@ -67,7 +67,7 @@ class _Context:
 
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
-        outputs = [self.c.base_targets()] if function.name == "base" else [output.name for output in function.outputs]
+        outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         lines = Printer(self.c.input_texts(), outputs).lines(function.parts[part].statements)
         declared = ["int i;"] if any(statement.kind == "fill" for statement in function.parts[part].statements) else []
         return "".join(f"    {line}\n" for line in (*declared, *lines))
@@ -99,7 +99,7 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     if len(context.files) > 1:
         files[f"{program.prefix}_parts.h"] = context.render("c/parts.h.jinja")
     if program.method:
-        files[f"{program.prefix}_step.c"] = context.render("c/integrators/step.c.jinja")
+        files[f"{program.prefix}_step.c"] = context.render(f"c/integrators/{program.method['family']}.c.jinja")
     files["eomgen_real.h"] = context.render("c/eomgen_real.h.jinja")
     files["main.c"] = context.render("c/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))
