@@ -14,7 +14,8 @@ Results are numbered: first the sums, then the final carries, then the rows, ele
     sum k -> k      final carry k -> S + k      row[i][k] -> S + L + i * R + k      (S, L, R = number of sums, last, stacked)
 
 The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without Maps.
-Sums start from zero and are added in the order of the elements, so a loop and its unrolled form give the same bits.
+Sums start from zero and are added in the order of the elements. A loop and its unrolled form do the same operations, except that
+unrolling lets the tape fold the constants of the elements, which may round differently.
 """
 
 from __future__ import annotations

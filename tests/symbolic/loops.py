@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.tape import ZERO, Op, Tape
+from tests.symbolic.random_tapes import apply_tamed
 
 LINKS = 6
 
@@ -68,3 +71,20 @@ def springs_point(count: int = 7):
 
 
 MODELS = {"chain": (chain, chain_point), "springs": (springs, springs_point)}
+
+
+def random_loop(tape: Tape, program: Sequence[tuple[Op, int, int, bool]]) -> Map:
+    """Three elements of a random kernel: its last results are summed, carried (twice) and stacked (twice)."""
+    kernel = Tape()
+    refs = [kernel.input("element"), kernel.input("shared"), kernel.input("gather", 0), kernel.input("gather", 1),
+            kernel.input("carry", 0), kernel.input("carry", 1)]  # fmt: skip
+    for op, first, second, negative in program:
+        x, y = refs[first % len(refs)], refs[second % len(refs)]
+        refs.append(apply_tamed(kernel, op, -x if negative else x, y))
+    x = [tape.input("x", k) for k in range(3)]
+    product = tape.mul(x[0], x[1])
+    gather = ((x[0], -x[1], product), (x[1], x[1], tape.constant(0.4)))
+    return Map(
+        kernel, 3, ((0.3, -0.7, 1.1),), (x[2],), gather, (product, tape.constant(0.2)),
+        (refs[-1],), (refs[-2], -refs[-3]), (refs[-4], refs[-1]),
+    )  # fmt: skip

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from eomgen.symbolic.derivatives import forward_partials, gradient, second_directional
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
@@ -9,12 +10,12 @@ from eomgen.symbolic.jets import jets
 from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.map_calculus import compact
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
-from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, springs
-from tests.symbolic.random_tapes import complex_step
+from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
+from tests.symbolic.random_tapes import complex_step, points, programs
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_loop_has_the_bits_of_its_unrolled_form(model):
+def test_a_loop_whose_constants_do_not_fold_has_the_bits_of_its_unrolled_form(model):
     tape = Tape()
     make, point = MODELS[model]
     loop = make(tape)
@@ -81,6 +82,27 @@ def test_adjoint_loops(model):
         reference = np.hstack([complex_step(tape, [output], point, name)[0] for name in point])
         found = evaluate(tape, gradient(tape, output, wrt), point)
         assert np.abs(found - reference).max() <= 1e-13 * np.abs(reference).max()
+
+
+@settings(max_examples=60, deadline=None)
+@given(programs, points)
+def test_random_loops_in_value_derivative_adjoint_and_jet(program, point):
+    tape = Tape()
+    loop = random_loop(tape, program)
+    inputs, x = {"x": point, "c": [0.3, -0.8, 0.5, 0.1, 0.9, -0.4]}, [tape.input("x", k) for k in range(3)]
+    looped, unrolled = add_map(tape, loop).flat, unroll(tape, loop).flat
+    values = evaluate(tape, unrolled, inputs)
+    assert np.abs(evaluate(tape, looped, inputs) - values).max() <= 1e-13 * (1.0 + np.abs(values).max())
+    reference = complex_step(tape, unrolled, inputs, "x")
+    partials = forward_partials(tape, looped, {ref: {k: ONE} for k, ref in enumerate(x)})
+    forward = [[partial.get(k, ZERO) for k in range(3)] for partial in partials]
+    reverse = [gradient(tape, ref, x) for ref in looped]
+    for rows in (forward, reverse):
+        assert np.abs([evaluate(tape, row, inputs) for row in rows] - reference).max() <= 1e-11 * (1.0 + np.abs(reference).max())
+    paths = {ref: [ref, tape.input("c", 2 * k), tape.input("c", 2 * k + 1)] for k, ref in enumerate(x)}
+    for one, other in zip(jets(tape, looped, paths, 3), jets(tape, unrolled, paths, 3), strict=True):
+        expected = evaluate(tape, other, inputs)
+        assert np.abs(evaluate(tape, one, inputs) - expected).max() <= 1e-11 * (1.0 + np.abs(expected).max())
 
 
 def test_a_mesh_keeps_its_sparsity_and_its_loop():
