@@ -1,0 +1,90 @@
+"""Equations of motion in separated form, as readable C, from the description of a mechanical scene.
+
+The public names, each imported when it is first asked for, so that ``import eomgen`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from eomgen.errors import (
+        DescriptionError,
+        EomgenError,
+        FileError,
+        ModelError,
+        NumericalError,
+        Problem,
+        ToolchainError,
+        UsageError,
+    )
+    from eomgen.pipeline import build, derive, generate, load
+    from eomgen.runtime.model import Model
+    from eomgen.runtime.solution import Solution
+    from eomgen.scene.builder import SceneBuilder
+    from eomgen.scene.scene import Scene
+    from eomgen.system import System
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline"),
+    "Model": "eomgen.runtime.model",
+    "Solution": "eomgen.runtime.solution",
+    "SceneBuilder": "eomgen.scene.builder",
+    "Scene": "eomgen.scene.scene",
+    "System": "eomgen.system",
+    **dict.fromkeys(
+        (
+            "DescriptionError", "EomgenError", "FileError", "ModelError", "NumericalError", "Problem", "ToolchainError", "UsageError",
+        ),
+        "eomgen.errors",
+    ),
+}  # fmt: skip
+
+__all__ = [
+    "DescriptionError",
+    "EomgenError",
+    "FileError",
+    "Model",
+    "ModelError",
+    "NumericalError",
+    "Problem",
+    "Scene",
+    "SceneBuilder",
+    "Solution",
+    "System",
+    "ToolchainError",
+    "UsageError",
+    "__version__",
+    "build",
+    "derive",
+    "generate",
+    "load",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'eomgen' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    setattr(sys.modules[__name__], name, value)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+class _Package(ModuleType):
+    """The package, whose name ``build`` is the public function even after the folder of that name has been imported."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name == "build" and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,188 @@
+"""The road from a description to a running model: load, derive, generate, build."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import ModelError, UsageError
+from eomgen.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from eomgen.build.library import Library
+    from eomgen.codegen.program import Program
+    from eomgen.runtime.model import Model
+    from eomgen.system import System
+
+
+def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()) -> Scene:
+    """Read a scene from a ``.toml`` or ``.urdf`` file.
+
+    Parameters
+    ----------
+    strict : bool
+        Refuse what an importer would leave out with a note.
+    root : str
+        For URDF: whether the root link is ``fixed`` to the base or ``free``.
+    lock : sequence of str
+        For URDF: moving joints to be fixed at zero.
+
+    Raises
+    ------
+    FileError, DescriptionError, UsageError
+    """
+    from eomgen.scene import reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
+
+    return reader.load(path, strict=strict, root=root, lock=lock)
+
+
+def derive(scene: Scene | str | Path, terms: Sequence[str] | None = None) -> System:
+    """Derive the symbolic System of a scene in separated form.
+
+    Parameters
+    ----------
+    terms : sequence of str, optional
+        The functions wanted; the scene's own list, or all that it can use, by default.
+
+    Raises
+    ------
+    ModelError
+    """
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+
+    return mechanics.derive(as_scene(scene), terms)
+
+
+def generate(
+    scene: Scene | str | Path, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None
+) -> list[Path]:
+    """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
+
+    Parameters
+    ----------
+    folder : path
+        New, empty, or written by eomgen before.
+    terms, method
+        As in ``build``.
+
+    Raises
+    ------
+    ModelError, FileError
+    """
+    from eomgen.codegen.render import generate_files, write_folder  # noqa: PLC0415
+
+    scene = as_scene(scene)
+    files = generate_files(_program(scene, terms, method)[0])
+    written = write_folder(files, folder)
+    return [written / name for name in sorted(files)]
+
+
+def build(
+    scene: Scene | str | Path,
+    terms: Sequence[str] | None = None,
+    *,
+    method: str | None = None,
+    profile: str = "fast",
+    real: str = "double",
+) -> Model:
+    """Return the compiled model of a scene, from the cache where nothing has changed.
+
+    Parameters
+    ----------
+    scene : Scene or path
+    terms : sequence of str, optional
+        Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
+    method : str, optional
+        Whose stepper is compiled in; the scene's by default. Others are compiled when ``simulate`` asks for them.
+    profile : str
+        ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
+    real : str
+        Number type of the compiled code: ``double`` or ``float``.
+
+    Raises
+    ------
+    DescriptionError, ModelError, ToolchainError, FileError
+    """
+    from eomgen.runtime.model import Model  # noqa: PLC0415
+
+    scene = as_scene(scene)
+    if real not in ("double", "float"):
+        raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
+    library = _library(scene, terms, method or scene.simulation.method, profile, real)
+    return Model(scene, library, lambda other: _library(scene, _stepper_terms(other), other, profile, real))
+
+
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """Return a scene as it is, or read it from a path."""
+    return scene if isinstance(scene, Scene) else load(scene)
+
+
+def _stepper_terms(method: str) -> tuple[str, ...]:
+    """Return what the stepper of a method calls."""
+    from eomgen.runtime.methods import method_named  # noqa: PLC0415
+
+    implicit = method_named(method).family == "generalized_alpha"
+    return ("forward_dynamics", "residual", "partials") if implicit else ("forward_dynamics",)
+
+
+def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
+    """Return the Program, and why it has no stepper where it has none."""
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+    from eomgen.integrators.specification import method_data  # noqa: PLC0415
+    from eomgen.runtime.methods import method_named  # noqa: PLC0415
+
+    chosen = method_named(method or scene.simulation.method, scene.simulation.rho_inf)
+    system = derive(scene, terms)
+    try:
+        data, refusal = method_data(chosen, system, scene.simulation.step), ""
+    except ModelError as error:
+        data, refusal = {}, "; ".join(str(problem) for problem in error.problems)
+    return to_program(system, data), refusal
+
+
+def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: str, real: str) -> Library:
+    from eomgen.build.builder import Builder  # noqa: PLC0415
+
+    builder = Builder(profile=profile, real=real)
+    content = _content(scene, terms, method)
+    found = builder.find(content)
+    if found is not None:
+        return found
+    from eomgen.codegen.interface import INTERFACE_CDEF  # noqa: PLC0415
+    from eomgen.codegen.layout import interface_layout  # noqa: PLC0415
+    from eomgen.codegen.render import generate_files, generate_interface  # noqa: PLC0415
+
+    program, refusal = _program(scene, terms, method)
+    files = generate_files(program)
+    layout: dict[str, Any] = {
+        **interface_layout(program), "stepper_refused": refusal, "built_method": method, "restricted": terms is not None or bool(scene.terms),
+    }  # fmt: skip
+    return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
+
+
+def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
+    """Return all that determines the library, the compiler aside, without deriving anything."""
+    import eomgen  # noqa: PLC0415  # the door may import this module
+
+    if not scene.content:
+        raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
+    options = {"terms": list(terms) if terms is not None else None, "method": method, "version": eomgen.__version__, "code": _code_stamp()}
+    return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()
+
+
+def _code_stamp() -> str:
+    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when installed."""
+    package = Path(__file__).resolve().parent
+    templates = package.parent / "templates"
+    if not templates.is_dir():
+        return ""
+    digest = hashlib.sha256()
+    for folder in (templates, *(package / name for name in ("symbolic", "lie", "mechanics", "codegen", "integrators", "scene"))):
+        for file in sorted(folder.rglob("*")):
+            if file.suffix in (".py", ".jinja"):
+                status = file.stat()
+                digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()

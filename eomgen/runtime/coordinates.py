@@ -1,0 +1,61 @@
+"""Names and units of the components of q and v, written as formulas write them: ``q.hinge``, ``v.ball[2]``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from eomgen.scene.scene import Joint
+
+_QUATERNION = ("1",) * 4
+_UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "revolute": (("rad",), ("rad/s",)),
+    "prismatic": (("m",), ("m/s",)),
+    "spherical": (_QUATERNION, ("rad/s",) * 3),
+    "free": ((*_QUATERNION, *("m",) * 3), (*("rad/s",) * 3, *("m/s",) * 3)),
+}
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of the configuration group as the layout of a library holds it; ``name`` is its joint's."""
+
+    group: str
+    name: str
+    q_start: int
+    q_size: int
+    v_start: int
+    v_size: int
+
+    @property
+    def q(self) -> slice:
+        return slice(self.q_start, self.q_start + self.q_size)
+
+    @property
+    def v(self) -> slice:
+        return slice(self.v_start, self.v_start + self.v_size)
+
+
+def component_names(letter: str, name: str, size: int) -> list[str]:
+    """Return ``q.hinge`` for one component, ``q.ball[0]`` and so on for several; without a letter, the name alone."""
+    full = f"{letter}.{name}" if letter else name
+    return [full] if size == 1 else [f"{full}[{index}]" for index in range(size)]
+
+
+def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
+    """Return the names of all components of q and of v."""
+    q = [name for factor in factors for name in component_names("q", factor.name, factor.q_size)]
+    v = [name for factor in factors for name in component_names("v", factor.name, factor.v_size)]
+    return q, v
+
+
+def coordinate_units(factors: Sequence[Factor], joints: Iterable[Joint]) -> tuple[list[str], list[str]]:
+    """Return the SI units of all components of q and of v."""
+    types = {joint.name: joint.type for joint in joints}
+    q_units: list[str] = []
+    v_units: list[str] = []
+    for factor in factors:
+        q, v = _UNITS.get(types.get(factor.name, ""), (("",) * factor.q_size, ("",) * factor.v_size))
+        q_units += q
+        v_units += v
+    return q_units, v_units

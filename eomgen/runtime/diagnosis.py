@@ -1,0 +1,78 @@
+"""Why a run stopped: which block left the finite numbers first, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.lie import product
+
+if TYPE_CHECKING:
+    from eomgen.runtime.inputs import InputSignals
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+
+_ORDER = (
+    ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
+    ("force", "Q (the generalized force)"), ("forward_dynamics", "vdot (the acceleration)"),
+)  # fmt: skip
+
+
+def first_non_finite(
+    model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals
+) -> str:
+    """Return the first block that is not finite at the last good state or where the next step would lead; empty if there is none."""
+    a = np.where(np.isfinite(a), a, 0.0)
+    with np.errstate(all="ignore"):
+        ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step**2 * a), v + step * a)
+        for time, q_there, v_there in ((t, q, v), ahead):
+            block = _at(model, time, q_there, v_there, p, signals)
+            if block:
+                return f"{block} at t = {time:.9g} s"
+    return ""
+
+
+def _at(model: Model, t: float, q: Array, v: Array, p: Array, signals: InputSignals) -> str:
+    if not np.all(np.isfinite(q)):
+        return "q (the configuration)"
+    if not np.all(np.isfinite(v)):
+        return "v (the velocity)"
+    if not np.all(np.isfinite(model.base(t, parameters=p))):
+        return "the motion of the base"
+    try:
+        u = signals.rows(np.array([t]))[0]
+    except UsageError as error:
+        return str(error.problems[0])
+    if not np.all(np.isfinite(u)):
+        return f"the input {model.inputs[int(np.argmin(np.isfinite(u)))]}"
+    calls: dict[str, Callable[[], Array]] = {
+        "mass": lambda: model.mass(q, parameters=p),
+        "coupling": lambda: model.coupling(q, v, parameters=p),
+        "base_motion": lambda: model.base_motion(q, v, t, parameters=p),
+        "force": lambda: model.force(q, v, t, u, parameters=p),
+        "forward_dynamics": lambda: model.forward_dynamics(q, v, t, u, parameters=p),
+    }
+    for term, label in _ORDER:
+        if term in model.functions:
+            value = calls[term]()
+            if not np.all(np.isfinite(value)):
+                place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
+                return f"{label}, component {place}"
+    return ""
+
+
+def advice(status_text: str, step: float) -> str:
+    """Return what to try after a status of the stepper."""
+    smaller = f"a step smaller than {step:.3g} s"
+    if "singular" in status_text:
+        return "the inertia of the bodies and, near special configurations, other initial angles"
+    if "finite" in status_text:
+        return f"{smaller}; then the forces and formulas near that time"
+    if "converge" in status_text:
+        return f"{smaller}, or a smaller rho_inf"
+    return "the settings and inputs of the run"

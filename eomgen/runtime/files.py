@@ -1,0 +1,103 @@
+"""Solutions on disk: written beside and renamed into place, so that a reader never sees half a file."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import FileError, Problem
+
+Array = NDArray[np.float64]
+_METADATA = "metadata"
+_CSV_ROWS = 4096
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str, Any]) -> None:
+    """Write arrays and JSON metadata to an ``.npz`` file. Raises FileError."""
+    text = np.array(json.dumps(metadata, sort_keys=True))
+    needed = sum(array.nbytes for array in arrays.values()) + text.nbytes
+    _write(path, needed, lambda stream: np.savez(stream, allow_pickle=False, **{**arrays, _METADATA: text}))
+
+
+def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return the arrays and the metadata of an ``.npz`` file of ours. Raises FileError."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        metadata = json.loads(str(arrays.pop(_METADATA)[()]))
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error}", "a .npz file of Solution.save")) from None
+    return arrays, metadata
+
+
+def write_table(path: Path, names: Sequence[str], columns: Array) -> None:
+    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError."""
+
+    def fill(stream: IO[bytes]) -> None:
+        import io  # noqa: PLC0415  # one use
+
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(names)
+        for start in range(0, len(columns), _CSV_ROWS):
+            writer.writerows([map(repr, row) for row in columns[start : start + _CSV_ROWS].tolist()])
+        text.flush()
+        text.detach()
+
+    _write(path, 24 * columns.size, fill)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file. Raises FileError."""
+    data = text.encode()
+
+    def fill(stream: IO[bytes]) -> None:
+        stream.write(data)
+
+    _write(path, len(data), fill)
+
+
+def make_folder(path: Path) -> Path:
+    """Return a folder that exists. Raises FileError."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")) from None
+    return path
+
+
+def _write(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> None:
+    temporary: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}.", delete=False) as stream:
+            temporary = Path(stream.name)
+            fill(stream)
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    except BaseException as error:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        hint = "another disk, or a larger record_every" if full else "another folder, or permission to write there"
+        what = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed"
+        raise FileError(Problem(str(path), what, hint)) from None
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,77 @@
+"""Initial states from arrays or from joints by name, checked before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.runtime.arguments import check_finite, check_name, check_quaternions, numbers
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+_BLOCKS = ("q", "v", "z")
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """q (nq,), v (nv,), z (nz,)."""
+
+    q: Array
+    v: Array
+    z: Array
+
+
+def initial_state(model: Model, initial: Mapping[str, Any] | None) -> InitialState:
+    """Return the scene's initial state with what is given put in.
+
+    Parameters
+    ----------
+    initial : mapping
+        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+
+    Raises
+    ------
+    UsageError
+        Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
+    """
+    state = InitialState(model.initial_q.copy(), model.initial_v.copy(), model.initial_z.copy())
+    given = {} if initial is None else initial
+    if not isinstance(given, Mapping):
+        raise UsageError(Problem("initial", f"a mapping is needed, not {type(given).__name__}", 'dict(q=..., v=...) or {"joint": position}'))
+    if given and all(name in _BLOCKS for name in given):
+        for name, value in given.items():
+            _put(getattr(state, name), slice(None), f"initial {name}", value)
+    else:
+        _joints(model, given, state)
+    check_finite("initial q", state.q, model.q_names)
+    check_finite("initial v", state.v, model.v_names)
+    check_finite("initial z", state.z)
+    check_quaternions("initial q", state.q, model.factors)
+    return state
+
+
+def _joints(model: Model, given: Mapping[str, Any], state: InitialState) -> None:
+    factors = {factor.name: factor for factor in model.factors}
+    for name, value in given.items():
+        check_name("joint", name, list(factors))
+        parts = value if isinstance(value, Mapping) else {"position": value}
+        for key, number in parts.items():
+            if key not in ("position", "velocity"):
+                raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
+            target, part = (state.q, factors[name].q) if key == "position" else (state.v, factors[name].v)
+            _put(target, part, f"initial {key} of {name}", number)
+
+
+def _put(target: Array, part: slice, name: str, value: Any) -> None:
+    array = numbers(name, value)
+    size = len(target[part])
+    if array.shape != (size,) and not (size == 1 and array.ndim == 0):
+        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed"))
+    target[part] = array

@@ -1,0 +1,95 @@
+"""Inputs over time: numbers, functions of t and tables on the step grid become the rows that the compiled stepper reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.runtime.arguments import check_finite, check_name, numbers
+
+Array = NDArray[np.float64]
+Signal = ArrayLike | Callable[[float], float]
+
+
+@dataclass(frozen=True)
+class InputSignals:
+    """What drives the inputs of a model.
+
+    Parameters
+    ----------
+    names : tuple of str
+    given : mapping from name to number, callable of t, or (steps + 1,) array on the step grid, linear in between
+    formulas : callable
+        From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given.
+    step : float
+        Of the grid, in s; it starts at ``start``.
+    """
+
+    names: tuple[str, ...]
+    given: Mapping[str, float | Array | Callable[[float], float]]
+    formulas: Callable[[Array], Array]
+    step: float
+    start: float = 0.0
+
+    def rows(self, times: Array) -> Array:
+        """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite number."""
+        table = np.array(self.formulas(times))
+        for name, signal in self.given.items():
+            column = self.names.index(name)
+            if callable(signal):
+                table[:, column] = _called(name, signal, times)
+            elif isinstance(signal, np.ndarray):
+                position = (times - self.start) / self.step
+                table[:, column] = np.interp(position, np.arange(len(signal)), signal)
+            else:
+                table[:, column] = signal
+        return table
+
+
+def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, float | Array | Callable[[float], float]]:
+    """Check what is given for the inputs of a run of ``steps`` steps.
+
+    Raises
+    ------
+    UsageError
+        Unknown names; arrays that do not fit the step grid; values that are not finite.
+    """
+    read: dict[str, float | Array | Callable[[float], float]] = {}
+    for name, signal in (inputs or {}).items():
+        check_name("input", name, names)
+        if callable(signal):
+            read[name] = signal
+            continue
+        array = numbers(f"input {name}", signal)
+        check_finite(f"input {name}", array)
+        if array.ndim == 0:
+            read[name] = float(array)
+        elif array.shape == (steps + 1,):
+            read[name] = array
+        else:
+            raise UsageError(
+                Problem(
+                    f"input {name}", f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
+                    "a number, a function of t, or a table of that length",
+                )
+            )  # fmt: skip
+    return read
+
+
+def _called(name: str, signal: Callable[[float], float], times: Array) -> Array:
+    values = np.empty(len(times))
+    for index, t in enumerate(times):
+        try:
+            values[index] = signal(float(t))
+        except Exception as error:
+            raise UsageError(Problem(f"input {name}", f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}")) from error
+    if not np.all(np.isfinite(values)):
+        index = int(np.argmin(np.isfinite(values)))
+        raise UsageError(
+            Problem(f"input {name}", f"the function gives {values[index]} at t = {times[index]:.9g} s", "finite numbers over the whole run")
+        )
+    return values

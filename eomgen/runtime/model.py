@@ -1,0 +1,313 @@
+"""Model: a compiled scene whose terms are called on NumPy arrays, one state or a batch along leading axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.runtime.arguments import by_name, check_finite, check_name, check_quaternions, components, numbers
+from eomgen.runtime.configuration import configuration_rate, rotated, with_unit_quaternions
+from eomgen.runtime.coordinates import Factor, coordinate_names, coordinate_units
+from eomgen.runtime.functions import Functions, LibraryLike
+from eomgen.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from eomgen.runtime.solution import Solution
+
+Array = NDArray[np.float64]
+Parameters = Mapping[str, ArrayLike] | ArrayLike | None
+
+#: What the function ``energy`` gives, in order: J, J, W, W.
+ENERGIES = ("kinetic", "potential", "power", "base_power")
+
+
+class PointMotion(NamedTuple):
+    """Position and velocity of a point in world axes, each (..., 3); the velocity is None where no v was given."""
+
+    position: Array
+    velocity: Array | None
+
+
+class Model:
+    """A compiled scene.
+
+    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
+    angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
+    (a mapping from names to values, or an array) to the scene's values, ``base`` to the scene's prescribed motion at ``t``.
+    A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
+
+    Parameters
+    ----------
+    scene : Scene
+    library : LibraryLike
+        Functions, and the stepper of the default method.
+    stepper : callable
+        Gives the library with the stepper of a method.
+    """
+
+    def __init__(self, scene: Scene, library: LibraryLike, stepper: Callable[[str], LibraryLike]) -> None:
+        layout = library.layout
+        self.scene = scene
+        self.library = library
+        self.stepper = stepper
+        self.functions = Functions(library)
+        self.factors = tuple(Factor(**factor) for factor in layout["factors"])
+        self.q_names, self.v_names = coordinate_names(self.factors)
+        self.q_units, self.v_units = coordinate_units(self.factors, scene.joints)
+        self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self.inputs: tuple[str, ...] = tuple(item["name"] for item in layout["inputs"])
+        self.initial_q = np.array(layout["initial_q"], dtype=float)
+        self.initial_v = np.array(layout["initial_v"], dtype=float)
+        self.initial_z = np.array(layout["initial_z"], dtype=float)
+        self._default_p = np.array([item["value"] for item in layout["parameters"]], dtype=float)
+        self._default_p.setflags(write=False)
+        self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+
+    # -- sizes and names -----------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return self.scene.name
+
+    @property
+    def nq(self) -> int:
+        """Numbers in the configuration q."""
+        return self.functions.sizes["q"]
+
+    @property
+    def nv(self) -> int:
+        """Degrees of freedom: numbers in v and a."""
+        return self.functions.sizes["v"]
+
+    @property
+    def nu(self) -> int:
+        """Inputs."""
+        return self.functions.sizes["u"]
+
+    @property
+    def nz(self) -> int:
+        """Internal states."""
+        return self.functions.sizes["z"]
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Tunable parameters: names, in the order of the array form, and their defaults."""
+        return self._parameters
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """What the model was built with."""
+        return tuple(name for name in self.functions.names if name not in ("base", "inputs"))
+
+    # -- separated terms -----------------------------------------------------------------------------------------------
+
+    def mass(self, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+        """Return the inertia matrix M(q), (..., nv, nv)."""
+        return self._one("mass", q=q, parameters=parameters)
+
+    def coupling(self, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
+        """Return the nonlinear coupling vector h(q, v), (..., nv): inertia terms quadratic in v, base at rest."""
+        return self._one("coupling", q=q, v=v, parameters=parameters)
+
+    def force(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
+        return self._one("force", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+
+    def base_motion(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
+    ) -> Array:
+        """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
+        if "base_motion" not in self.functions and not self.library.layout["facts"]["moving_base"]:
+            self._no_base(base)
+            q, v = self._q(q), components("v", v, self.nv)
+            return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], numbers("t", t).shape), self.nv))
+        return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
+
+    def inverse_dynamics(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
+        return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+
+    def forward_dynamics(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv)."""
+        return self._one("forward_dynamics", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+
+    def partials(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """Return K, C, M, each (..., nv, nv): exact partials of inverse dynamics in q (left-trivialised), v and a."""
+        K, C, M = self._call("partials", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        return K, C, M
+
+    # -- bodies, outputs, energies -------------------------------------------------------------------------------------
+
+    def pose(
+        self, body: str, q: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
+    ) -> Array:
+        """Return quaternion (body to world axes) and position of a body's frame, (..., 7)."""
+        index = self._body(body)
+        return self._one("poses", q=q, t=t, parameters=parameters, base=base)[..., index, :]
+
+    def twist(
+        self, body: str, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the inertial twist of a body's frame in body axes, angular first, (..., 6)."""
+        index = self._body(body)
+        return self._one("twists", q=q, v=v, t=t, parameters=parameters, base=base)[..., index, :]
+
+    def point(
+        self, body: str, r: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, t: ArrayLike = 0.0, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> PointMotion:  # fmt: skip
+        """Return position and velocity in world axes of the point at ``r`` (..., 3) in a body's frame."""
+        r = components("r", r, 3)
+        pose = self.pose(body, q, t, parameters=parameters, base=base)
+        position = pose[..., 4:] + rotated(pose[..., :4], r)
+        if v is None:
+            return PointMotion(position, None)
+        twist = self.twist(body, q, v, t, parameters=parameters, base=base)
+        return PointMotion(position, rotated(pose[..., :4], twist[..., 3:] + np.cross(twist[..., :3], r)))
+
+    def energy(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return inertial energies and powers, each (...).
+
+        ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of the
+        reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not given.
+        """
+        values = self._one("energy", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
+        return {**result, "total": result["kinetic"] + result["potential"]}
+
+    def outputs(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
+        if not self.library.layout["outputs"]:
+            return {}
+        values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        result, start = {}, 0
+        for item in self.library.layout["outputs"]:
+            size = int(item["size"])
+            result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
+            start += size
+        return result
+
+    def base(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+        """Return the prescribed state of the base at t, (..., 19).
+
+        Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in base
+        axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
+        """
+        if "base" not in self.functions:
+            rest = np.zeros((*numbers("t", t).shape, self.functions.sizes["base"]))
+            rest[..., 0] = 1.0
+            return rest
+        return self.functions("base", {"t": numbers("t", t), "p": self.parameter_array(parameters)})[0]
+
+    def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+        """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
+        time = numbers("t", t)
+        if "inputs" not in self.functions:
+            return np.zeros((*time.shape, self.nu))
+        return self.functions("inputs", {"t": time, "p": self.parameter_array(parameters)})[0]
+
+    # -- solvers of others ---------------------------------------------------------------------------------------------
+
+    def rhs(self, t: ArrayLike, y: ArrayLike, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None) -> Array:
+        """Return dy/dt for y = [q, v], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
+
+        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they have.
+        """
+        y = components("y", y, self.nq + self.nv)
+        q, v = y[..., : self.nq], y[..., self.nq :]
+        vdot = self.forward_dynamics(with_unit_quaternions(self.factors, q), v, t, u, parameters=parameters)
+        return np.concatenate([configuration_rate(self.factors, q, v), vdot], axis=-1)
+
+    def simulate(self, t_end: float | None = None, step: float | None = None, **options: Any) -> Solution:
+        """Integrate from the initial state; see ``runtime.simulate.simulate`` for all options."""
+        from eomgen.runtime.simulate import simulate  # noqa: PLC0415  # the model is used without it too
+
+        return simulate(self, t_end, step, **options)
+
+    # -- arguments -----------------------------------------------------------------------------------------------------
+
+    def parameter_array(self, parameters: Parameters = None) -> Array:
+        """Return tunable parameters as (..., np). Raises UsageError for unknown names, wrong shapes and non-finite values."""
+        if parameters is None:
+            return self._default_p
+        names = list(self._parameters)
+        if isinstance(parameters, Mapping):
+            array = by_name("parameter", parameters, names, self._default_p)
+        else:
+            array = components("parameters", parameters, len(names))
+        check_finite("parameters", array, [f"parameter {name}" for name in names])
+        return array
+
+    def _call(self, term: str, **given: Any) -> tuple[Array, ...]:
+        blocks = set(self.functions.inputs(term))
+        values: dict[str, Array] = {"q": self._q(given["q"]), "p": self.parameter_array(given["parameters"])}
+        for block in ("v", "a"):
+            if given.get(block) is not None:
+                values[block] = components(block, given[block], self.nv)
+        values["t"] = numbers("t", given.get("t", 0.0))
+        self._add_base(values, given.get("base"), blocks)
+        if "u" in given:
+            values["u"] = self._u(given["u"], values)
+        if "a" in blocks and "a" not in values:
+            needed = set(self.functions.inputs("forward_dynamics"))
+            self._add_base(values, given.get("base"), needed)
+            values["a"] = self.functions("forward_dynamics", values)[0]
+        return self.functions(term, values)
+
+    def _one(self, term: str, **given: Any) -> Array:
+        return self._call(term, **given)[0]
+
+    def _q(self, q: ArrayLike) -> Array:
+        array = components("q", q, self.nq)
+        check_quaternions("q", array, self.factors)
+        return array
+
+    def _u(self, u: ArrayLike | Mapping[str, ArrayLike] | None, values: Mapping[str, Array]) -> Array:
+        if u is not None and not isinstance(u, Mapping):
+            return components("u", u, self.nu)
+        from_formulas = (
+            self.functions("inputs", values)[0] if "inputs" in self.functions else np.zeros((*values["t"].shape, self.nu))
+        )
+        return from_formulas if u is None else by_name("input", u, self.inputs, from_formulas)
+
+    def _add_base(self, values: dict[str, Array], base: ArrayLike | None, blocks: set[str]) -> None:
+        if base is not None and not self.library.layout["facts"]["moving_base"]:
+            self._no_base(base)
+        if "base" not in blocks or "base" in values:
+            return
+        if base is not None:
+            values["base"] = components("base", base, self.functions.sizes["base"])
+        else:
+            values["base"] = self.functions("base", values)[0]
+
+    def _no_base(self, base: ArrayLike | None) -> None:
+        if base is not None:
+            raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
+
+    def _body(self, body: str) -> int:
+        check_name("body", body, self.bodies)
+        return self.bodies.index(body)

@@ -1,0 +1,250 @@
+"""From an initial state to a Solution: checks first, then the compiled time loop, then outputs and energies in batches."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.specification import default_settings
+from eomgen.runtime.arguments import check_finite
+from eomgen.runtime.diagnosis import advice, first_non_finite
+from eomgen.runtime.functions import LibraryLike
+from eomgen.runtime.initial import initial_state
+from eomgen.runtime.inputs import InputSignals, Signal, read_signals
+from eomgen.runtime.methods import canonical_name
+from eomgen.runtime.model import Model, Parameters
+from eomgen.runtime.solution import Solution
+from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
+
+Array = NDArray[np.float64]
+_BATCH = 8192
+
+
+def simulate(
+    model: Model,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    method: str | None = None,
+    rho_inf: float | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal] | None = None,
+    record_every: int | None = None,
+    t_start: float = 0.0,
+    settings: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Solution:
+    """Integrate the equations of motion with a fixed step.
+
+    What is not given is the scene's. A numerical failure and Ctrl-C end the run with the last good state: the Solution then has
+    ``success`` False and a message; nothing is raised.
+
+    Parameters
+    ----------
+    t_end : float
+        End of the time grid, s; a last step that would pass it is taken whole.
+    step : float
+        Step size, s.
+    method : str
+        ``generalized_alpha`` (also ``chung_hulbert``) or ``rk4`` (also ``rkmk4``, ``runge_kutta``).
+    rho_inf : float
+        Spectral radius of generalized-alpha at infinite frequency, 0 to 1.
+    initial : mapping
+        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+    parameters : mapping or array
+    inputs : mapping
+        Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
+    record_every : int
+        Steps between recorded rows; the first and the last state are always recorded.
+    t_start : float
+        Time of the initial state, s.
+    settings : mapping
+        The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
+    progress : callable
+        Called with (steps done, all steps) some ten times a second.
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong before the run starts, by name.
+    """
+    defaults = model.library.layout["defaults"]
+    step = _positive("step", defaults["step"] if step is None else step)
+    end = _number("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    start = _number("t_start", t_start)
+    steps = _steps(start, end, step)
+    every = _count("record_every", defaults["record_every"] if record_every is None else record_every)
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}", "one run for each"))
+    state = initial_state(model, initial)
+    name = canonical_name(method or defaults["method"])
+    library = _stepper_library(model, name)
+    chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, settings or {})
+    _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
+    signals = InputSignals(
+        model.inputs, read_signals(inputs, model.inputs, steps), lambda times: model.input_values(times, parameters=p), step, start
+    )
+    driven = signals.rows if signals.given or (model.nu and "inputs" not in model.functions) else None
+
+    began = time.perf_counter()
+    stepper = Stepper(library, chosen, p)
+    table = driven(stepper.times_of(0, 1, start)) if driven else None
+    status = stepper.initialize(start, state.q, state.v, table)
+    if status:
+        rows = np.concatenate([[start], state.q, state.v, np.full(model.nv, np.nan)])[np.newaxis]
+        run = Trajectory(rows, status, False, 0)
+    else:
+        run = run_chunks(stepper, steps, every, driven, progress)
+    wall = time.perf_counter() - began
+
+    message = _message(model, stepper, run, p, signals, steps)
+    statistics = stepper.statistics if not (status and not run.steps) else {}
+    t, q, v, a = _split(run.rows, model)
+    outputs, energy = _evaluate(model, t, q, v, a, signals if driven else None, p)
+    return Solution(
+        t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=np.zeros((len(t), 0)),
+        outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
+        success=run.status == 0 and not run.interrupted and run.failure is None, interrupted=run.interrupted,
+        metadata=_metadata(model, name, chosen, p, every, start, end),
+    )  # fmt: skip
+
+
+def _steps(start: float, end: float, step: float) -> int:
+    if end < start:
+        raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
+    count = (end - start) / step
+    if count > 1e15:
+        raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
+    return max(0, math.ceil(count * (1.0 - 1e-12) - 1e-9))
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise UsageError(Problem(name, f"a number of seconds is needed, not {type(value).__name__}"))
+    if not math.isfinite(value):
+        raise UsageError(Problem(name, f"{name} is {value}, not a finite number"))
+    return float(value)
+
+
+def _positive(name: str, value: object) -> float:
+    number = _number(name, value)
+    if number <= 0.0:
+        raise UsageError(Problem(name, f"the {name} must be positive, not {number:.9g}", "1e-3"))
+    return number
+
+
+def _count(name: str, value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r}", "1"))
+    return int(value)
+
+
+def _settings(method: Mapping[str, Any], step: float, rho_inf: float, extra: Mapping[str, float]) -> dict[str, float]:
+    values = default_settings(method)
+    known = [name for name in values if name not in ("step", "rho_inf")]
+    for name, value in extra.items():
+        if name not in known:
+            hint = f"one of {', '.join(known)}" if known else ""
+            raise UsageError(Problem("settings", f"{method['family']} has no setting {name!r}", hint))
+        number = _number(f"settings.{name}", value)
+        if number < 0.0:
+            raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
+        values[name] = number
+    values["step"] = step
+    if "rho_inf" in values:
+        number = _number("rho_inf", rho_inf)
+        if not 0.0 <= number <= 1.0:
+            raise UsageError(Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {number:.9g}", "0.8"))
+        values["rho_inf"] = number
+    return values
+
+
+def _stepper_library(model: Model, name: str) -> LibraryLike:
+    """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
+    layout = model.library.layout
+    built = canonical_name(layout["built_method"])
+    if name == built and layout["method"]:
+        return model.library
+    if name == built or layout["restricted"]:
+        refusal = layout["stepper_refused"] or f"this model was built with chosen terms and the stepper of {built}"
+        hint = f'eomgen.build(scene, method="{name}") without terms'
+        raise UsageError(Problem("simulate", f"{name} cannot run: {refusal}", hint))
+    return model.stepper(name)
+
+
+def _check_memory(rows: int, width: int) -> None:
+    needed = 8.0 * rows * width * 3.0
+    available = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
+    if needed > 0.8 * available:
+        what = f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has {available / 1e9:.3g}"
+        raise UsageError(Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more"))
+
+
+def _message(model: Model, stepper: Stepper, run: Trajectory, p: Array, signals: InputSignals, steps: int) -> str:
+    t = run.rows[-1, 0]
+    if run.failure is not None:
+        return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {run.failure.problems[0]}"
+    if run.interrupted:
+        return f"interrupted at t = {t:.9g} s, after {run.steps} of {steps} steps"
+    if run.status == 0:
+        return f"reached t = {t:.9g} s in {run.steps} steps"
+    text = stepper.status_text(run.status)
+    _, q, v, a = _split(run.rows[-1:], model)
+    block = first_non_finite(model, float(t), q[0], v[0], a[0], stepper.step_size, p, signals)
+    where = f"; the first block that is not finite is {block}" if block else ""
+    return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{where}; try: {advice(text, stepper.step_size)}"
+
+
+def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array]:
+    ends = np.cumsum([1, model.nq, model.nv])
+    t, q, v, a = np.split(rows, ends, axis=1)
+    return np.ascontiguousarray(t[:, 0]), *(np.ascontiguousarray(part) for part in (q, v, a))
+
+
+def _evaluate(
+    model: Model, t: Array, q: Array, v: Array, a: Array, signals: InputSignals | None, p: Array
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return outputs and energies at all recorded rows."""
+    outputs: list[dict[str, Array]] = []
+    energies: list[dict[str, Array]] = []
+    for start in range(0, len(t), _BATCH):
+        part = slice(start, start + _BATCH)
+        u: ArrayLike | None = signals.rows(t[part]) if signals is not None else None
+        if "outputs" in model.functions:
+            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, parameters=p))
+        if "energy" in model.functions:
+            energies.append(model.energy(q[part], v[part], a[part], t[part], u, parameters=p))
+    return _joined(outputs), _joined(energies)
+
+
+def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} if parts else {}
+
+
+def _metadata(
+    model: Model, method: str, settings: Mapping[str, float], p: Array, every: int, start: float, end: float
+) -> dict[str, Any]:
+    layout = model.library.layout
+    return {
+        "scene": model.name,
+        "version": layout["version"],
+        "method": method,
+        "step": settings["step"],
+        "settings": dict(settings),
+        "record_every": every,
+        "t_start": start,
+        "t_end": end,
+        "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
+        "names": {"q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names]},
+        "units": {"q": model.q_units, "v": model.v_units, "outputs": {o["name"]: o["unit"] for o in layout["outputs"]}},
+        "fingerprint": getattr(model.library, "fingerprint", ""),
+    }

@@ -1,0 +1,117 @@
+"""Solution: what a simulation gives, how it ended, and its two file formats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import FileError, Problem, UsageError
+from eomgen.runtime.coordinates import component_names
+from eomgen.runtime.files import read_arrays, write_arrays, write_table
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """States, outputs and energies at the recorded times.
+
+    Attributes
+    ----------
+    t : (nt,) s
+    q : (nt, nq); quaternions (w, x, y, z)
+    v, a : (nt, nv); velocities (body axes, angular first) and their time derivatives
+    z : (nt, nz); internal states
+    multipliers : (nt, number of constraints)
+    outputs : name -> (nt,) or (nt, size)
+    energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
+    stats : counts of the stepper, wall time in s
+    success : False when the run ended before its time; ``message`` says why, where, and what to try
+    metadata : scene, version, method, step, parameters, names and units of components
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+    multipliers: Array
+    outputs: Mapping[str, Array] = field(default_factory=dict)
+    energy: Mapping[str, Array] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    message: str = ""
+    success: bool = True
+    interrupted: bool = False
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a whole.
+
+        Raises
+        ------
+        UsageError
+            Another suffix.
+        FileError
+            The disk is full or the path cannot be written.
+        """
+        path = Path(path)
+        if path.suffix == ".npz":
+            write_arrays(path, self._arrays(), {**self.metadata, **self._outcome()})
+        elif path.suffix == ".csv":
+            columns = self.columns()
+            write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+        else:
+            raise UsageError(Problem(str(path), f"a solution cannot be saved as {path.suffix or 'a file without a suffix'}", ".npz or .csv"))
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> Solution:
+        """Read a solution from an ``.npz`` file.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read or is not a solution.
+        """
+        arrays, metadata = read_arrays(Path(path))
+        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}}
+        plain: dict[str, Array] = {}
+        for name, array in arrays.items():
+            group, _, member = name.partition(".")
+            if member:
+                groups.setdefault(group, {})[member] = array
+            else:
+                plain[name] = array
+        try:
+            outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
+            states = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
+        except KeyError as error:
+            raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+        return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata)
+
+    def columns(self) -> dict[str, Array]:
+        """Return everything as named columns (nt,): ``t``, ``q.hinge``, ``v.ball[2]``, ``a...``, ``output.tip[0]``, ``energy.total``."""
+        names: Mapping[str, list[str]] = self.metadata.get("names", {})
+        columns = {"t": self.t}
+        for letter, array in (("q", self.q), ("v", self.v), ("a", self.a), ("z", self.z), ("multipliers", self.multipliers)):
+            labels = names.get(letter) or component_names("", letter, array.shape[1])
+            if len(labels) != array.shape[1]:
+                labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
+            columns |= {label: array[:, index] for index, label in enumerate(labels)}
+        for name, array in self.outputs.items():
+            table = array[:, np.newaxis] if array.ndim == 1 else array
+            columns |= {label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))}
+        return columns | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def _arrays(self) -> dict[str, Array]:
+        arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}
+        arrays |= {f"outputs.{name}": array for name, array in self.outputs.items()}
+        return arrays | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def _outcome(self) -> dict[str, Any]:
+        return {"stats": dict(self.stats), "message": self.message, "success": self.success, "interrupted": self.interrupted}

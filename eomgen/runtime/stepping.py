@@ -1,0 +1,190 @@
+"""The compiled time loop, run in chunks of a tenth of a second so that progress shows and Ctrl-C is heard."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.integrators.specification import STEPPER_SIZES, state_layout
+from eomgen.runtime.functions import LibraryLike
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+#: Seconds of work between two looks at progress and interrupts.
+CHUNK_SECONDS = 0.1
+_FIRST_CHUNK = 16
+_LARGEST_CHUNK = 1_000_000
+
+
+class Stepper:
+    """The stepper of a library with its memory: settings, state and workspace.
+
+    Parameters
+    ----------
+    library : LibraryLike
+        Built with a method.
+    settings : mapping from name to number
+        In the order of ``integrators.specification.default_settings``.
+    parameters : (np,) array
+    """
+
+    def __init__(self, library: LibraryLike, settings: Mapping[str, float], parameters: Array) -> None:
+        ffi, self._lib = library.ffi, library.lib
+        self._ffi = ffi
+        self.sizes = {name: int(self._lib.eomgen_stepper_size(index)) for index, name in enumerate(STEPPER_SIZES)}
+        self.layout = library.layout
+        method: Mapping[str, Any] = library.layout["method"]
+        self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
+        self.places = state_layout(method, self.nq, self.nv)
+        self.settings = np.array(list(settings.values()), dtype=float)
+        self.step_size = float(settings["step"])
+        self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
+        self.state = np.zeros(self.sizes["state"])
+        self.workspace = np.zeros(self.sizes["workspace"])
+        self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+
+    @property
+    def t(self) -> float:
+        return float(self.state[self.places["t"]][0])
+
+    @property
+    def row(self) -> Array:
+        """The current state as a row of the record: t, q, v, vdot."""
+        return np.concatenate([self.state[self.places[name]] for name in ("t", "q", "v", "vdot")])
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What the stepper counted since it was initialized."""
+        names = list(self.places)[list(self.places).index("count") + 1 :]
+        values = {name: float(self.state[self.places[name]][0]) for name in names}
+        return {name: value if name == "max_residual" else int(value) for name, value in values.items()}
+
+    def initialize(self, t: float, q: Array, v: Array, u_table: Array | None) -> int:
+        """Start at t, q, v; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
+        self.state[:] = 0.0
+        for name, value in (("t", t), ("q", q), ("v", v)):
+            self.state[self.places[name]] = value
+        return int(
+            self._lib.eomgen_initialize(
+                self._pointer(self.parameters), self._pointer(self.settings), self._pointer(u_table),
+                self._pointer(self.state), self._pointer(self.workspace),
+            )
+        )  # fmt: skip
+
+    def run(self, steps: int, record_every: int, u_table: Array | None, record: Array) -> tuple[int, int]:
+        """Take up to ``steps`` steps and fill rows of ``record``. Returns the status and the number of rows."""
+        recorded = self._ffi.new("long *", 0)
+        status = self._lib.eomgen_run(
+            self._pointer(self.parameters), self._pointer(self.settings), self._pointer(self.state), self._pointer(self.workspace),
+            steps, record_every, self._pointer(u_table), self._pointer(record), recorded,
+        )  # fmt: skip
+        return int(status), int(recorded[0])
+
+    def status_text(self, status: int) -> str:
+        return str(self._ffi.string(self._lib.eomgen_status_text(status)).decode())
+
+    def times_of(self, first: int, steps: int, start: float) -> Array:
+        """Return the times of the rows of an input table for ``steps`` steps from step number ``first``."""
+        within = self.input_times[1:]
+        grid = np.arange(first, first + steps)[:, np.newaxis] + within
+        times: Array = start + self.step_size * np.concatenate([[float(first)], grid.ravel()])
+        return times
+
+    def _pointer(self, array: Array | None) -> Any:
+        if array is None:
+            return self._ffi.NULL
+        return self._ffi.from_buffer("double[]", array)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Rows (t, q, v, vdot) of a run, how it ended (status 0: well), and whether it was interrupted."""
+
+    rows: Array
+    status: int
+    interrupted: bool
+    steps: int
+    failure: UsageError | None = None
+
+
+def run_chunks(
+    stepper: Stepper,
+    steps: int,
+    record_every: int,
+    inputs: Callable[[Array], Array] | None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Run an initialized stepper for ``steps`` steps; the first and the last good state are always recorded.
+
+    Parameters
+    ----------
+    inputs : callable, optional
+        From times (n,) to rows (n, nu); without it the scene's formulas are evaluated in C.
+    progress : callable, optional
+        Called with the steps done and all steps after every chunk.
+    """
+    start = stepper.t
+    width = stepper.sizes["row"]
+    pieces = [stepper.row[np.newaxis]]
+    done, status, chunk = 0, 0, _FIRST_CHUNK
+    last_recorded = 0
+    failure: UsageError | None = None
+    with _interrupts() as interrupted:
+        while done < steps and status == 0 and not interrupted.is_set():
+            size = min(chunk, steps - done)
+            began = time.perf_counter()
+            table = None
+            if inputs is not None:
+                try:
+                    table = np.ascontiguousarray(inputs(stepper.times_of(done, size, start)))
+                except UsageError as error:
+                    failure = error
+                    break
+            record = np.empty((size // record_every + 1, width))
+            before = done
+            status, rows = stepper.run(size, record_every, table, record)
+            done = int(stepper.state[stepper.places["count"]][0])
+            if rows:
+                pieces.append(record[:rows].copy() if rows < len(record) // 2 else record[:rows])
+                last_recorded = done - done % record_every
+            elapsed = time.perf_counter() - began
+            if progress is not None:
+                progress(done, steps)
+            if status == 0 and done == before:
+                raise RuntimeError("the stepper made no step and gave no reason")
+            chunk = max(1, min(_LARGEST_CHUNK, 4 * size, int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
+        stopped = interrupted.is_set() and done < steps
+    if last_recorded != done:
+        pieces.append(stepper.row[np.newaxis])
+    return Trajectory(np.concatenate(pieces), status, stopped, done, failure)
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[threading.Event]:
+    """Turn the first Ctrl-C into an event; the second one interrupts as usual. Other threads never see Ctrl-C."""
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield event
+        return
+    previous = signal.getsignal(signal.SIGINT)
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        event.set()
+        signal.signal(signal.SIGINT, previous)
+
+    signal.signal(signal.SIGINT, hear)
+    try:
+        yield event
+    finally:
+        signal.signal(signal.SIGINT, previous)
