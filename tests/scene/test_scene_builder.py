@@ -1,0 +1,143 @@
+"""The builder: the same scene as from a file, and messages that point at the caller's lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.reader import load_toml
+
+TEXT = """
+format = 1
+name = "crane"
+description = "a load on a trolley"
+gravity = [0, "-g", 0]
+terms = ["mass", "force"]
+[parameters]
+g = 9.81
+damping = { value = 0.1, tunable = true, unit = "N*s/m" }
+[inputs]
+push = { formula = "sin(t)", unit = "N" }
+[base]
+position = ["0.1*t", 0, 0]
+rotation = [{ axis = [0, 0, 1], angle = "0.2*t" }]
+[bodies.trolley]
+mass = 5
+[bodies.load]
+mass = 2
+center_of_mass = [0, -1, 0]
+inertia = [[0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.1]]
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "trolley"
+axis = [1, 0, 0]
+damping = "damping"
+[joints.rope]
+type = "revolute"
+parent = "trolley"
+child = "load"
+axis = [0, 0, 1]
+rotation = [{ axis = [1, 0, 0], angle = "pi" }]
+initial = { position = 0.1 }
+[points]
+hook = { body = "load", position = [0, -1, 0] }
+wall = { body = "base" }
+[springs.buffer]
+first = "hook"
+second = "wall"
+stiffness = 10
+[torsion_springs.twist]
+first = "rope"
+stiffness = 1
+[forces.wind]
+body = "load"
+force = [1, 0, 0]
+[efforts.motor]
+joint = "rail"
+effort = "push"
+[outputs]
+height = { formula = "position.hook[1]", unit = "m" }
+hook = { velocity = "hook" }
+[simulation]
+step = 1e-2
+duration = 3
+"""
+
+
+def build() -> SceneBuilder:
+    return (
+        SceneBuilder("crane", description="a load on a trolley", gravity=(0, "-g", 0), terms=["mass", "force"])
+        .parameter("g", np.float64(9.81))
+        .parameter("damping", 0.1, tunable=True, unit="N*s/m")
+        .input("push", "sin(t)", unit="N")
+        .base(["0.1*t", 0, 0], rotation=[((0, 0, 1), "0.2*t")])
+        .body("trolley", 5)
+        .body("load", 2, center_of_mass=np.array([0, -1, 0]), inertia=np.diag([0.1, 0.2, 0.1]))
+        .joint("rail", "prismatic", "base", "trolley", axis=[1, 0, 0], damping="damping")
+        .joint("rope", "revolute", "trolley", "load", axis=(0, 0, 1), rotation=[((1, 0, 0), "pi")], initial={"position": 0.1})
+        .point("hook", "load", [0, -1, 0])
+        .point("wall", "base")
+        .spring("buffer", "hook", "wall", stiffness=10)
+        .torsion_spring("twist", "rope", stiffness=1)
+        .force("wind", "load", force=[1, 0, 0])
+        .effort("motor", "rail", "push")
+        .output("height", formula="position.hook[1]", unit="m")
+        .output("hook", velocity="hook")
+        .simulation(step=1e-2, duration=3)
+    )
+
+
+def test_same_scene_as_from_a_file() -> None:
+    built, read = build().build(), load_toml(TEXT)
+    for field in type(built).__dataclass_fields__:
+        if field not in ("source", "content"):
+            assert getattr(built, field) == getattr(read, field), field
+    assert built.content == read.content
+
+
+def line_of(text: str) -> str:
+    """Return ``file:line`` of the first line of this file that holds a text."""
+    path = Path(__file__)
+    return f"{path.name}:{next(n for n, line in enumerate(path.read_text().splitlines(), 1) if text in line)}"
+
+
+def test_messages_name_the_callers_line() -> None:
+    builder = build()
+    builder.point("peak", "lod")
+    builder.body("load", 3)
+    builder.base()
+    builder.simulation(duration=5)
+    with pytest.raises(DescriptionError) as caught:
+        builder.build()
+    before = "this was given before, at"
+    assert sorted(str(problem) for problem in caught.value.problems) == sorted(
+        [
+            f"{line_of('builder.body(')} (bodies.load): {before} {line_of('2, center_of_mass=np')}; try: another name",
+            f"{line_of('builder.base(')} (base): {before} {line_of('.base([')}; try: one call",
+            f"{line_of('builder.simulation(')} (simulation): {before} {line_of('.simulation(step')}; try: one call",
+            f"{line_of('builder.point(')} (points.peak.body): there is no body 'lod'; try: load",
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    "value",
+    [True, float("nan"), float("inf"), None, 1j, pytest.param(10**5000, id="long"), [1], {"a": 1}, b"1", object()],
+)
+def test_values_that_are_no_numbers(value: object) -> None:
+    builder = SceneBuilder("one").body("link", 1).joint("slide", "prismatic", "base", "link", axis=[0, 0, 1])
+    builder.parameter("length", value)  # type: ignore[arg-type]
+    with pytest.raises(
+        DescriptionError, match=r"\(parameters\.length\.value\): (a (finite )?number is needed here, not|the key)"
+    ):
+        builder.build()
+
+
+def test_a_name_that_is_no_text() -> None:
+    with pytest.raises(DescriptionError, match=r"\(name\): a text is needed here, not 3"):
+        SceneBuilder(3).build()  # type: ignore[arg-type]

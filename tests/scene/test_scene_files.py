@@ -1,0 +1,600 @@
+"""Scene files: what is read, what it defaults to, and where every message points."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError, FileError, UsageError
+from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.lines import line_index
+from eomgen.scene.reader import load, load_toml
+from eomgen.scene.scene import Scene
+from eomgen.scene.schema import json_schema
+
+PENDULUM = """\
+format = 1
+name = "pendulum"
+[parameters]
+length = 0.8
+damping = { value = 0.1, tunable = true, unit = "N*m*s" }
+[bodies.link]
+mass = "2*length"
+center_of_mass = [0, 0, "-length/2"]
+inertia = [0.1, 0.1, 0.01]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+"""
+ZERO = (Number(0.0),) * 3
+
+
+def read(extra: str = "", text: str = PENDULUM) -> Scene:
+    return load_toml(text + extra, file="scene.toml")
+
+
+def problems(extra: str = "", text: str = PENDULUM) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        read(extra, text)
+    message = str(caught.value)
+    assert message.isascii()
+    assert all(len(line) < 500 for line in message.splitlines())
+    return [str(problem) for problem in caught.value.problems]
+
+
+def replaced(old: str, new: str) -> str:
+    assert old in PENDULUM
+    return PENDULUM.replace(old, new)
+
+
+def test_defaults() -> None:
+    scene = read()
+    (joint,), (body,) = scene.joints, scene.bodies
+    assert (joint.name, joint.parent, joint.child, joint.axis) == ("hinge", "base", "link", (0.0, 1.0, 0.0))
+    assert joint.position == ZERO
+    assert joint.orientation == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    assert (joint.initial_position, joint.initial_velocity) == ((0.0,), (0.0,))
+    assert body.mass == Operation("mul", (Number(2.0), Symbol("parameter", "length")))
+    assert body.inertia == (Number(0.1), Number(0.1), Number(0.01), *ZERO)
+    assert scene.gravity == (Number(0.0), Number(0.0), Number(-9.81))
+    assert scene.base is None
+    assert (scene.simulation.method, scene.simulation.step, scene.simulation.rho_inf) == ("generalized_alpha", 1e-3, 0.8)
+    assert [(p.name, p.value, p.tunable, p.unit) for p in scene.parameters] == [
+        ("length", 0.8, False, ""),
+        ("damping", 0.1, True, "N*m*s"),
+    ]
+    assert scene.source["bodies.link.mass"] == "scene.toml:7"
+    assert scene.source["joints.hinge.axis[2]"] == "scene.toml:14"
+
+
+def test_everything_is_read() -> None:
+    scene = read(
+        """
+stiffness = "3*damping"
+rest = 0.2
+rotor_inertia = 1e-3
+rotation = [{ axis = [2, 0, 0], angle = "pi/2" }, { axis = [0, 0, 1], angle = "pi" }]
+initial = { position = "pi/4", velocity = 2 }
+[inputs]
+torque = { formula = "2*sin(3*t)", unit = "N*m" }
+voltage = {}
+[base]
+position = ["0.1*sin(5*t)", 0, 0]
+rotation = [{ axis = [0, 0, 2], angle = "0.2*t" }]
+[bodies.bob]
+mass = 1
+inertia = { xx = 0.1, yy = 0.2, zz = 0.15, xz = "length/100" }
+[joints.ball]
+type = "spherical"
+parent = "link"
+child = "bob"
+position = [0, 0, "-length"]
+initial = { position = [0.6, 0, 0.8, 0], velocity = [1, 2, 3] }
+[points]
+tip = { body = "bob", position = [0, 0, -1] }
+anchor = { body = "base" }
+[springs.strut]
+first = "tip"
+second = "anchor"
+stiffness = 2e4
+force = "-torque - damping*rate.strut"
+[torsion_springs.twist]
+first = "hinge"
+stiffness = 4
+[forces.wind]
+body = "bob"
+point = [0, "length", 0]
+force = ["velocity.tip[0]", 0, "tension.strut"]
+axes = "body"
+[efforts.motor]
+joint = "ball"
+index = 2
+effort = "voltage - 0.3*v.ball[2]"
+[outputs]
+tip = { position = "tip" }
+height = { formula = ["position.tip[2]", 1], unit = "m" }
+energy = { energy = "total" }
+[simulation]
+method = "rattlie"
+step = 1e-4
+duration = 2
+record_every = 10
+"""
+    )
+    hinge, ball = scene.joints
+    assert (hinge.rest, hinge.rotor_inertia) == (Number(0.2), Number(1e-3))
+    assert hinge.stiffness == Operation("mul", (Number(3.0), Symbol("parameter", "damping")))
+    assert hinge.orientation == ((-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, -1.0, 0.0))
+    assert (hinge.initial_position, hinge.initial_velocity) == ((math.pi / 4,), (2.0,))
+    assert (ball.initial_position, ball.initial_velocity) == ((0.6, 0.0, 0.8, 0.0), (1.0, 2.0, 3.0))
+    assert scene.bodies[1].inertia[4] == Operation("div", (Symbol("parameter", "length"), Number(100.0)))
+    assert scene.bodies[1].inertia[2] == Number(0.15)
+    assert [entry.formula is None for entry in scene.inputs] == [False, True]
+    assert scene.base is not None
+    assert scene.base.rotations[0].axis == (0.0, 0.0, 1.0)
+    assert scene.points[1].body == "base"
+    assert scene.springs[0].force.name == "sub"
+    assert (scene.torsion_springs[0].second, scene.torsion_springs[0].stiffness) == ("", Number(4.0))
+    assert (scene.forces[0].axes, scene.forces[0].force[2]) == ("body", Symbol("tension", "strut"))
+    assert (scene.efforts[0].joint, scene.efforts[0].index) == ("ball", 2)
+    assert scene.outputs[0].values == tuple(Symbol("position", "tip", index) for index in range(3))
+    assert scene.outputs[1].values == (Symbol("position", "tip", 2), Number(1.0))
+    assert scene.outputs[2].values == (Symbol("energy", "total"),)
+    assert (scene.simulation.method, scene.simulation.record_every) == ("rattlie", 10)
+
+
+FREE = """\
+format = 1
+name = "satellite"
+[bodies.hull]
+mass = 10
+inertia = [[2, 0.1, 0], [0.1, 3, 0], [0, 0, 4]]
+[joints.flight]
+type = "free"
+parent = "base"
+child = "hull"
+"""
+
+
+def test_free_joint_state() -> None:
+    scene = read('initial = { position = [1, 2, 3], rotation = [{ axis = [0, 0, 1], angle = "pi/2" }] }', FREE)
+    half = math.sqrt(0.5)
+    assert scene.joints[0].initial_position == pytest.approx((half, 0, 0, half, 1, 2, 3), abs=1e-15)
+    assert scene.joints[0].initial_velocity == (0.0,) * 6
+    assert scene.bodies[0].inertia[3] == Number(0.1)
+    scene = read("initial = { orientation = [0, -1.0000001, 0, 0], velocity = [1, 2, 3, 4, 5, 6] }", FREE)
+    assert scene.joints[0].initial_position == (0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert scene.joints[0].initial_velocity == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+
+
+def test_intrinsic_rotations_agree_as_matrix_and_quaternion() -> None:
+    turns = "[{ axis = [1, 2, 3], angle = 0.7 }, { axis = [0, -1, 1], angle = -1.3 }, { axis = [1, 0, 0], angle = 2.1 }]"
+    joint = read(f"rotation = {turns}\ninitial = {{ rotation = {turns} }}", FREE).joints[0]
+    w, x, y, z = joint.initial_position[:4]
+    expected = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    np.testing.assert_allclose(joint.orientation, expected, atol=1e-15)
+
+
+def test_axis_is_normalised_and_snapped() -> None:
+    assert read(text=replaced("[0, 1, 0]", "[0, -3e-11, -2]")).joints[0].axis == (0.0, 0.0, -1.0)
+    assert read(text=replaced("[0, 1, 0]", "[3, 0, 4]")).joints[0].axis == pytest.approx((0.6, 0.0, 0.8))
+
+
+def test_right_angles_are_exact() -> None:
+    joint = read("rotation = [{ axis = [0, 0, 1], angle = 1.57079632679 }]").joints[0]
+    assert joint.orientation == ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def test_parents_come_first_and_order_is_kept_otherwise() -> None:
+    bodies = "".join(f"[bodies.{name}]\nmass = 1\ninertia = [1, 1, 1]\n" for name in "abcde")
+    pairs = [("d", "c"), ("c", "a"), ("e", "base"), ("a", "base"), ("b", "e")]
+    joints = "".join(
+        f'[joints.to_{child}]\ntype = "revolute"\nparent = "{parent}"\nchild = "{child}"\naxis = [0, 0, 1]\n'
+        for child, parent in pairs
+    )
+    scene = read(text=f'format = 1\nname = "tree"\n{bodies}{joints}')
+    assert [joint.child for joint in scene.joints] == ["e", "a", "c", "d", "b"]
+    assert [body.name for body in scene.bodies] == ["e", "a", "c", "d", "b"]
+
+
+def test_content_determines_the_scene() -> None:
+    assert read().content == read("# a comment\n").content
+    assert read().content == read(text=replaced("[0, 1, 0]", "[0, 1.0, 0.0]")).content
+    assert read().content != read(text=replaced("0.8", "0.9")).content
+    bodies = "[bodies.{}]\nmass = 1\n[bodies.{}]\nmass = 1\n"
+    joints = "".join(
+        f'[joints.{n}]\ntype = "prismatic"\nparent = "base"\nchild = "{n}"\naxis = [0, 0, 1]\n' for n in ("one", "two")
+    )
+    first, second = (read(bodies.format(*pair) + joints) for pair in (("one", "two"), ("two", "one")))
+    assert first.content != second.content
+    assert json.loads(first.content)["bodies"][1][0] == "one"
+
+
+def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
+    path = tmp_path / "pendulum.TOML"
+    path.write_bytes(b"\xef\xbb\xbf" + PENDULUM.replace("\n", "\r\n").encode())
+    scene = load(path)
+    assert scene.name == "pendulum"
+    assert scene.source["joints.hinge.axis"] == "pendulum.TOML:14"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"format = 1\nname = \xff", "scene.toml:2: byte 18 is not UTF-8; try: the file saved as UTF-8"),
+        (b"format = 1\nname = ", "scene.toml: this is not TOML: Invalid value (at end of document)"),
+        (b"format = 1\nname 3", "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)"),
+        (b"a = 1\na = 2\n", "scene.toml:2: this is not TOML: Cannot overwrite a value"),
+        (b"a = " + b"[" * 5000, "scene.toml: lists or tables are nested too deep"),
+        (b"a = " + b"9" * 5000, "this is not TOML"),
+    ],
+)
+def test_files_that_are_not_toml(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    with pytest.raises(DescriptionError) as caught:
+        load(path)
+    assert message in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"missing\.toml': cannot be read: No such file or directory"):
+        load(tmp_path / "missing.toml")
+    with pytest.raises(UsageError, match=r"is not a kind of file that can be read; try: a \.toml scene or a \.urdf file"):
+        load(tmp_path / "scene.json")
+    with pytest.raises(UsageError, match="xacro first"):
+        load(tmp_path / "robot.xacro")
+    with pytest.raises(UsageError, match="root and lock are for URDF only"):
+        load(tmp_path / "scene.toml", lock=["hinge"])
+    with pytest.raises(FileError, match="cannot be read"):
+        load(tmp_path / "nul\0.toml")
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(FileError, match="Is a directory"):
+        load(tmp_path / "folder.toml")
+    (tmp_path / "large.toml").write_bytes(b"#" * 10_000_001)
+    with pytest.raises(FileError, match=r"large\.toml: the file is larger than 10 MB"):
+        load(tmp_path / "large.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("format = 1", "format = 2", "scene.toml:1 (format): 2 is not known here; try: one of 1"),
+        ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
+        ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
+        ('"2*length"', "true", "scene.toml:7 (bodies.link.mass): a number or a formula is needed here, not a boolean (true)"),
+        ('"2*length"', "nan", "scene.toml:7 (bodies.link.mass): a finite number is needed here, not nan"),
+        ('"2*length"', "-inf", "a finite number is needed here, not -inf"),
+        ('"2*length"', "1" + "0" * 400, "a finite number is needed here, not 1000"),
+        ('"2*length"', "1979-05-27", "a number or a formula is needed here, not datetime.date(1979, 5, 27)"),
+        ('"2*length"', '"-length"', "scene.toml:7 (bodies.link.mass): the mass -0.8 is negative"),
+        ('"2*length"', '"2*lenght"', "scene.toml:7 (bodies.link.mass): unknown name 'lenght' (column 3); try: length"),
+        ('"2*length"', '"t"', "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1); try: parameters only"),
+        ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
+        ('mass = "2*length"\n', "", "scene.toml:6 (bodies.link.mass): the key mass is missing"),
+        ("mass =", "mas =", "scene.toml:7 (bodies.link.mas): the key 'mas' is unknown here; try: mass"),
+        ("center_of_mass = [0, 0,", "center_of_mass = [0,", "a list of 3 entries is needed here, not 2"),
+        ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
+        (
+            "[0.1, 0.1, 0.01]",
+            "{ xx = 1, yy = 1 }",
+            "an inertia table has the keys xx yy zz, and xy xz yz where needed: zz is missing",
+        ),
+        ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
+        (
+            "[0.1, 0.1, 0.01]",
+            "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]",
+            "the inertia matrix is not symmetric: entry [0][1] differs from [1][0]",
+        ),
+        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.21]", "the principal moments 0.1, 0.1, 0.21 violate the triangle inequality"),
+        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.1, 0.2, 0, 0]", "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3"),
+        (
+            "[0.1, 0.1, 0.01]",
+            '[0.1, "sin(length", 0.01]',
+            "scene.toml:9 (bodies.link.inertia[1]): the formula is not well formed",
+        ),
+        ('"revolute"', '"hinge"', "'hinge' is not known here; try: one of fixed, revolute, prismatic, spherical or free"),
+        ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
+        ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
+        ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]"),
+        ("[0, 1, 0]", "[0, 0, 0]", "scene.toml:14 (joints.hinge.axis): the axis has no direction"),
+        ('parent = "base"', 'parent = "bass"', "scene.toml:12 (joints.hinge.parent): there is no body 'bass'; try: base"),
+        ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
+        ('child = "link"', 'child = "lnk"', "scene.toml:13 (joints.hinge.child): there is no body 'lnk'; try: link"),
+        ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
+        ("length = 0.8", "length = 0.8\nt = 1", "scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value"),
+        ("length = 0.8", "length = 0.8\natan2 = 1", "the name atan2 is a word of formulas"),
+        ("length = 0.8", "length = '0.8'", "scene.toml:4 (parameters.length.value): a number is needed here, not '0.8'"),
+        ("tunable = true", "tunable = 1", "scene.toml:5 (parameters.damping.tunable): true or false is needed here, not 1"),
+        ("tunable = true", "tuneable = true", "the key 'tuneable' is unknown here; try: tunable"),
+        ("[bodies.link]", "[[bodies]]", "scene.toml:6 (bodies): a table is needed here, not a list"),
+    ],
+)
+def test_one_problem(old: str, new: str, message: str) -> None:
+    found = problems(text=replaced(old, new))
+    assert any(message in problem for problem in found), found
+    assert all(problem.startswith("scene.toml") for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        ('orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
+        ('rotation = [{ axis = [0, 0, 1], angle = "damping" }]', "the tunable parameter 'damping' cannot be used here"),
+        ('rotation = [{ axis = [0, 0, 1] }]', "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing"),
+        ('rotor_inertia = "-length"', "the rotor inertia is negative"),
+        ('initial = { position = [1, 2] }', "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
+        ('initial = { velocity = [] }', "the velocity of a revolute joint needs 1 number, not 0"),
+        ('initial = { orientation = [1, 0, 0, 0] }', "a revolute joint has no initial orientation; try: position"),
+        ('initial = { speed = 1 }', "(joints.hinge.initial.speed): the key 'speed' is unknown here; try: one of position,"),
+        ('[inputs]\nlength = {}', "(inputs.length): the name length is both a parameter and an input"),
+        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time and parameters only"),
+        ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
+        ('[springs]\ns = { first = "a", second = "b" }', "(springs.s.first): there is no point 'a'; try: a [points] section"),
+        ('[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }', "connects the point a to itself"),
+        ('[torsion_springs]\ns = { first = "hing" }', "(torsion_springs.s.first): there is no joint 'hing'; try: hinge"),
+        ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge to itself"),
+        ('[forces]\nf = { body = "base" }', "a force on the base moves nothing: its motion is prescribed; try: a body"),
+        ('[forces]\nf = { body = "link", axes = "local" }', "'local' is not known here; try: one of world or body"),
+        ('[forces]\nf = { body = "link", force = ["a.hinge", 0, 0] }', "(forces.f.force[0]): a.hinge cannot be used here"),
+        ('[efforts]\ne = { joint = "hinge", effort = 1, index = 1 }', "the revolute joint hinge has no component 1"),
+        ('[efforts]\ne = { joint = "hinge", effort = 1, index = true }', "a whole number is needed here, not a boolean (true)"),
+        ('[outputs]\no = {}', "an output needs one of position, velocity, acceleration, formula, energy, not none"),
+        ('[outputs]\no = { position = "tip", energy = "total" }', "not position and energy"),
+        ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
+        ('[outputs]\no = { formula = [] }', "the list of formulas is empty"),
+        ('[simulation]\nstep = 0', "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
+        ('[simulation]\nduration = -1', "the duration -1 is negative"),
+        ('[simulation]\nrho_inf = 1.5', "rho_inf 1.5 is not between 0 and 1"),
+        ('[simulation]\nrecord_every = 0', "(simulation.record_every): 0 is out of range here: it should be greater"),
+        ('[simulation]\nmethod = "../x"', "'../x' is not the name of a method"),
+        ('[bodies.base]\nmass = 1', "the name base is reserved for the frame that carries the tree"),
+        ('[bodies.lost]\nmass = 1', "scene.toml:15 (bodies.lost): no joint carries the body lost; try: a joint with"),
+        ('[joints.second]\ntype = "fixed"\nparent = "base"\nchild = "link"', "the body link is already carried by"),
+    ],
+)  # fmt: skip
+def test_one_problem_added(extra: str, message: str) -> None:
+    found = problems(extra)
+    assert any(message in problem for problem in found), found
+
+
+def test_spring_forces_know_no_tension() -> None:
+    spring = '[points]\na = { body = "link" }\nb = { body = "base" }\n[springs.s]\nfirst = "a"\nsecond = "b"\nforce = "FORCE"'
+    assert problems(spring.replace("FORCE", "2*tension.s")) == [
+        "scene.toml:21 (springs.s.force): tension.s cannot be used here (column 3); "
+        "try: time, parameters, inputs, positions and velocities (not accelerations or tensions) only"
+    ]
+    assert read(spring.replace("FORCE", "2*rate.s")).springs[0].force.name == "mul"
+
+
+def test_all_problems_at_once_in_the_order_of_lines() -> None:
+    text = PENDULUM.replace("0.8", "true").replace("[0, 1, 0]", "[0, 0, 0]").replace('"base"', '"bas"')
+    found = problems('[points]\ntip = { body = "lin" }\n[simulation]\nstep = -1\nduratoin = 1', text)
+    assert [problem.split(": ")[0] for problem in found] == [
+        "scene.toml:4 (parameters.length.value)",
+        "scene.toml:12 (joints.hinge.parent)",
+        "scene.toml:14 (joints.hinge.axis)",
+        "scene.toml:16 (points.tip.body)",
+        "scene.toml:19 (simulation.duratoin)",
+    ]
+    with pytest.raises(
+        DescriptionError, match=r"(?s)^description error: 5 problems\n  1\. scene\.toml:4 .*\n  5\. scene\.toml:19"
+    ):
+        read('[points]\ntip = { body = "lin" }\n[simulation]\nstep = -1\nduratoin = 1', text)
+
+
+def test_a_broken_entry_causes_no_second_problem() -> None:
+    extra = '[efforts]\ne = { joint = "hinge", effort = "v.hinge[0] + length" }\n[outputs]\no = { formula = "q.hinge" }'
+    text = PENDULUM.replace('"revolute"', '"hing"').replace("0.8", "[]")
+    assert [problem.split(": ")[0] for problem in problems(extra, text)] == [
+        "scene.toml:4 (parameters.length.value)",
+        "scene.toml:11 (joints.hinge.type)",
+    ]
+
+
+def test_cycles_and_what_hangs_from_them() -> None:
+    bodies = "".join(f"[bodies.{name}]\nmass = 1\ninertia = [1, 1, 1]\n" for name in "abcde")
+    pairs = [("a", "b"), ("b", "c"), ("c", "a"), ("d", "c"), ("link2", "e")]
+    joints = "".join(
+        f'[joints.to_{child}]\ntype = "revolute"\nparent = "{parent}"\nchild = "{child}"\naxis = [0, 0, 1]\n'
+        for child, parent in pairs
+    )
+    found = problems(f"{bodies}[bodies.link2]\nmass = 1\n{joints}")
+    assert [problem.split(": ", 1)[1].split(";")[0] for problem in found] == [
+        "no joint carries the body e, nor what hangs from it: link2",
+        "the joints carry the bodies c, b, a in a circle",
+    ]
+
+
+def chain(*links: str) -> str:
+    """Return a scene of joints ``type mass inertia`` in a row; the last number is the rotor's."""
+    text = 'format = 1\nname = "chain"\n'
+    for number, link in enumerate(links):
+        kind, mass, inertia, rotor = link.split()
+        text += f"[bodies.b{number}]\nmass = {mass}\ncenter_of_mass = [0, 0, -1]\ninertia = [{', '.join([inertia] * 3)}]\n"
+        text += f'[joints.j{number}]\ntype = "{kind}"\nparent = "{f"b{number - 1}" if number else "base"}"\nchild = "b{number}"\n'
+        if kind in ("revolute", "prismatic"):
+            text += f"axis = [0, 0, 1]\nrotor_inertia = {rotor}\n"
+    return text
+
+
+@pytest.mark.parametrize(
+    ("links", "message"),
+    [
+        (["revolute 0 0 0"], "the joint j0 cannot be moved by a force: it carries neither mass nor inertia"),
+        (["revolute 1 1 0", "revolute 0 0 0"], "(joints.j1): the joint j1 cannot be moved by a force"),
+        (["revolute 1 1 0", "revolute 0 0 0", "fixed 0 0 0"], "the joint j1 cannot be moved by a force"),
+        (["revolute 1 0 0"], "what it carries has no inertia about its axis"),
+        (["prismatic 0 1 0"], "what it carries has no mass"),
+        (["spherical 1 0 0"], "what it carries has no inertia about some axis through its centre"),
+        (["free 1 0 0"], "what it carries lacks mass, or inertia about some axis through its centre of mass"),
+        (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
+    ],
+)
+def test_joints_that_move_nothing(links: list[str], message: str) -> None:
+    (found,) = problems(text=chain(*links))
+    assert message in found
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        ["revolute 0 0 1"],
+        ["prismatic 0 0 1"],
+        ["revolute 0 0 0", "revolute 1 1 0"],
+        ["revolute 0 0 0", "fixed 0 1 0"],
+        ["revolute 0 0 0", "fixed 0 0 0", "prismatic 1 0 0"],
+        ["prismatic 1 0 0"],
+        ["spherical 1 1 0"],
+    ],
+)
+def test_massless_bodies_on_the_way_are_allowed(links: list[str]) -> None:
+    assert len(read(text=chain(*links)).joints) == len(links)
+
+
+def test_empty_scene() -> None:
+    assert problems(text='format = 1\nname = "nothing"\n') == [
+        "scene.toml (joints): no joint can move; try: a revolute, prismatic, spherical or free joint"
+    ]
+
+
+HOSTILE = [
+    "*/",
+    "{{7*7}}",
+    '"; rm -rf',
+    "../x",
+    "p\u0430rt",
+    "a\nb",
+    "x" * 10_000,
+    "",
+    "a.b",
+    "a]b",
+    "%s",
+    "\x1b[31m",
+    "1a",
+    "int main",
+    "a'b",
+]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_names(name: str) -> None:
+    quoted = json.dumps(name)
+    for text in (
+        replaced('"pendulum"', quoted),
+        replaced("[bodies.link]", f"[bodies.{quoted}]").replace('"link"', quoted),
+        replaced("[joints.hinge]", f"[joints.{quoted}]"),
+        replaced("length = 0.8", f"length = 0.8\n{quoted} = 1"),
+        f"{PENDULUM}[points]\n{quoted} = {{ body = 'link' }}",
+        f"{PENDULUM}[outputs]\n{quoted} = {{ energy = 'total' }}",
+    ):
+        (found,) = problems(text=text)
+        assert "is not legal; try: up to 64 ASCII letters, digits and underscores, no digit first" in found
+        assert "\n" not in found
+        assert len(found) < 300
+        assert found.startswith("scene.toml:")
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_references(name: str) -> None:
+    quoted = json.dumps(name)
+    for text in (
+        replaced('parent = "base"', f"parent = {quoted}"),
+        replaced('child = "link"', f"child = {quoted}"),
+        f"{PENDULUM}[points]\ntip = {{ body = {quoted} }}",
+        f"{PENDULUM}[springs]\ns = {{ first = {quoted}, second = {quoted} }}",
+        f"{PENDULUM}[torsion_springs]\ns = {{ first = {quoted}, second = {quoted} }}",
+        f"{PENDULUM}[outputs]\no = {{ velocity = {quoted} }}",
+        f"{PENDULUM}[outputs]\no = {{ {quoted} = 1 }}",
+        f"{PENDULUM}[{quoted}]",
+        replaced('"revolute"', quoted),
+        f"{PENDULUM}[simulation]\nmethod = {quoted}",
+        replaced("format = 1", f"format = 1\nterms = [{quoted}]"),
+    ):
+        assert all("\n" not in problem and len(problem) < 400 for problem in problems(text=text))
+
+
+def test_hostile_sizes_end_soon() -> None:
+    count = 20_000
+    chain_away = "".join(f'[joints.j{n}]\ntype = "fixed"\nparent = "b{n + 1}"\nchild = "b{n}"\n' for n in range(count))
+    bodies = "".join(f"[bodies.b{n}]\nmass = 1\n" for n in range(count + 1))
+    found = problems(bodies + chain_away)
+    assert len(found) == 1
+    assert f"no joint carries the body b{count}, nor what hangs from it: b0, b1, b2," in found[0]
+    unknown = "".join(f'[points.p{n}]\nbody = "b{n}"\n' for n in range(count))
+    found = problems(unknown)
+    assert len(found) == 101
+    assert found[100].endswith("900 more problems are not listed; try: the first ones repaired")
+
+
+def test_line_index() -> None:
+    text = '''\
+# comment [x]
+a . "b c" = """
+[not.a.table]
+k = 1 \\""" """ # done
+list = [ # first
+  1,
+  { x = 1, y.z = [2,
+    3] }, ']', "]" ]
+['q"']
+'' = 1
+[deep.er]
+v = -1e5 # =
+w = \'\'\'a\'b\'\'\'
+[[rows]]
+s = "x\\"#"
+'''
+    index = line_index(text.replace("\n", "\r\n"))
+    assert {key: line for key, line in index.items() if not key.startswith("list")} == {
+        "a": 2,
+        "a.'b c'": 2,
+        "'q\"'": 9,
+        "'q\"'.''": 10,
+        "deep": 11,
+        "deep.er": 11,
+        "deep.er.v": 12,
+        "deep.er.w": 13,
+        "rows": 14,
+        "rows.s": 15,
+    }
+    assert {key: line for key, line in index.items() if key.startswith("list")} == {
+        "list": 5,
+        "list[0]": 6,
+        "list[1]": 7,
+        "list[1].x": 7,
+        "list[1].y": 7,
+        "list[1].y.z": 7,
+        "list[1].y.z[0]": 7,
+        "list[1].y.z[1]": 8,
+        "list[2]": 8,
+        "list[3]": 8,
+    }
+
+
+def test_json_schema() -> None:
+    schema = json.loads(json_schema())
+    assert schema["required"] == ["format", "name"]
+    assert schema["additionalProperties"] is False
+    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == ["fixed", "revolute", "prismatic", "spherical", "free"]
+    assert schema["$defs"]["Parameter"]["anyOf"][0] == {"type": "number"}
+    assert schema["$defs"]["Body"]["required"] == ["mass"]
+    assert len(schema["$defs"]["Body"]["properties"]["inertia"]["anyOf"]) == 4
+
+
+def test_the_scene_needs_no_pydantic() -> None:
+    program = "import sys, eomgen.scene.scene, eomgen.scene.reader, eomgen.scene.builder; print('pydantic' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -1,0 +1,275 @@
+"""URDF: placements and merged inertias as Pinocchio has them, and a note for everything that is changed or left out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.scene.evaluate import evaluate
+from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.reader import load
+from eomgen.scene.scene import Scene
+from eomgen.scene.urdf import load_urdf
+
+ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
+FILES = {
+    "panda": "panda_description/urdf/panda.urdf",
+    "anymal": "anymal_b_simple_description/robots/anymal.urdf",
+    "talos": "talos_data/robots/talos_full_v2.urdf",
+    "ur5": "ur_description/urdf/ur5_robot.urdf",
+    "solo12": "solo_description/robots/solo12.urdf",
+    "hyq": "hyq_description/robots/hyq_no_sensors.urdf",
+    "centauro": "centauro_description/urdf/centauro.urdf",
+}
+
+
+def numbers(formulas: tuple[Formula, ...]) -> np.ndarray:
+    def no_symbols(symbol: object) -> float:
+        raise AssertionError(symbol)
+
+    return np.array([evaluate(formula, no_symbols) for formula in formulas])
+
+
+def assert_agrees(scene: Scene, model: pin.Model) -> None:
+    """Hold placements, parents and the inertias of merged bodies to Pinocchio's."""
+    bodies = {body.name: body for body in scene.bodies}
+    carried_by = {joint.child: joint.name for joint in scene.joints}
+    assert sorted(carried_by.values()) == sorted(model.names[1:])
+    for joint in scene.joints:
+        index = model.getJointId(joint.name)
+        assert model.names[model.parents[index]] == carried_by.get(joint.parent, "universe")
+        placement = model.jointPlacements[index]
+        np.testing.assert_allclose(joint.orientation, placement.rotation, atol=1e-9)
+        np.testing.assert_allclose(numbers(joint.position), placement.translation, atol=1e-12)
+        body, expected = bodies[joint.child], model.inertias[index]
+        xx, yy, zz, xy, xz, yz = numbers(body.inertia)
+        inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+        assert evaluate(body.mass, lambda _: 0.0) == pytest.approx(expected.mass, rel=1e-12)
+        np.testing.assert_allclose(numbers(body.center_of_mass), expected.lever, atol=1e-10)
+        np.testing.assert_allclose(inertia, expected.inertia, atol=1e-9 * max(1.0, float(np.max(expected.inertia))))
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("root", ["fixed", "free"])
+def test_agrees_with_pinocchio(name: str, root: str) -> None:
+    path = ROBOTS / FILES[name]
+    model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer()) if root == "free" else pin.buildModelFromUrdf(str(path))
+    assert_agrees(load(path, root=root), model)
+
+
+def test_locked_joints_agree_with_pinocchio() -> None:
+    path = ROBOTS / FILES["panda"]
+    fingers = ("panda_finger_joint1", "panda_finger_joint2", "panda_joint4")
+    model = pin.buildModelFromUrdf(str(path))
+    reduced = pin.buildReducedModel(model, [model.getJointId(name) for name in fingers], pin.neutral(model))
+    scene = load(path, lock=fingers)
+    assert_agrees(scene, reduced)
+    assert "joints locked at zero: panda_finger_joint1, panda_finger_joint2, panda_joint4" in scene.notes
+    assert load(path, lock="panda_joint4").content == load(path, lock=["panda_joint4"]).content
+
+
+def test_axes_and_damping() -> None:
+    path = ROBOTS / FILES["talos"]
+    model, scene = pin.buildModelFromUrdf(str(path)), load(path)
+    data = model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    for joint in scene.joints:
+        index = model.getJointId(joint.name)
+        subspace = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.LOCAL)[:, model.idx_vs[index]]
+        expected = subspace[3:] if joint.type == "revolute" else subspace[:3]
+        np.testing.assert_allclose(joint.axis, expected, atol=1e-12)
+        assert numbers((joint.damping,))[0] == model.damping[model.idx_vs[index]]
+
+
+def test_merged_frames_are_points() -> None:
+    path = ROBOTS / FILES["panda"]
+    model, scene = pin.buildModelFromUrdf(str(path)), load(path)
+    points = {point.name: point for point in scene.points}
+    assert set(points) == {"panda_link0", "panda_link8", "panda_hand", "panda_hand_tcp"}
+    frame = model.frames[model.getFrameId("panda_hand_tcp")]
+    assert points["panda_hand_tcp"].body == "panda_link7"
+    np.testing.assert_allclose(numbers(points["panda_hand_tcp"].position), frame.placement.translation, atol=1e-12)
+    assert points["panda_link0"].body == "base"
+
+
+ARM = """\
+<?xml version="1.0"?>
+<robot name="arm">
+  <link name="foot"/>
+  <link name="upper">
+    <inertial><mass value="2"/><origin xyz="0 0 0.5"/>
+      <inertia ixx="1" iyy="1" izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link>
+  <link name="lower">
+    <inertial><mass value="1"/><origin xyz="0 0 1" rpy="1.57079632679 0 0"/>
+      <inertia ixx="1" iyy="2" izz="2.5" ixy="0" ixz="0" iyz="0.25"/></inertial>
+  </link>
+  <joint name="shoulder" type="continuous">
+    <parent link="foot"/><child link="upper"/><axis xyz="0 2 0"/><dynamics damping="0.5"/>
+  </joint>
+  <joint name="elbow" type="fixed">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 1" rpy="0 0 1.57079632679"/>
+  </joint>
+</robot>
+"""
+
+
+def refusals(text: str, **options: object) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        load_urdf(text, file="arm.urdf", **options)  # type: ignore[arg-type]
+    assert str(caught.value).isascii()
+    return [str(problem) for problem in caught.value.problems]
+
+
+def replaced(old: str, new: str) -> str:
+    assert old in ARM
+    return ARM.replace(old, new)
+
+
+def test_merging_by_hand() -> None:
+    # lower's inertia in its link: turned by 90 degrees about x; in upper: by 90 degrees about z as well, at height 1 + 1
+    scene = load_urdf(ARM, file="arm.urdf")
+    (joint,), (body,) = scene.joints, scene.bodies
+    assert (joint.type, joint.parent, joint.child, joint.axis) == ("revolute", "base", "upper", (0.0, 1.0, 0.0))
+    assert numbers((joint.damping,)) == [0.5]
+    assert numbers((body.mass,)) == [3.0]
+    np.testing.assert_allclose(numbers(body.center_of_mass), [0.0, 0.0, 1.0], atol=1e-15)
+    # about the common centre: masses 2 and 1 at distances 0.5 and 1; lower's xx, yy, zz = 2.5, 1, 2 and yz = -0.25 become xz
+    steiner = 2 * 0.25 + 1 * 1.0
+    np.testing.assert_allclose(numbers(body.inertia), [1 + 2.5 + steiner, 1 + 1 + steiner, 0.5 + 2, 0, 0.25, 0], atol=1e-12)
+    assert scene.source["joints.shoulder"] == "arm.urdf:12"
+    assert [(point.name, point.body, *numbers(point.position)) for point in scene.points] == [
+        ("foot", "base", 0.0, 0.0, 0.0),
+        ("lower", "upper", 0.0, 0.0, 1.0),
+    ]
+    assert scene.notes == (
+        "the root link foot is fixed to the base, and so are the links fixed to it",
+        "2 links are merged into the bodies they are fixed to and kept as points: foot, lower",
+        "right angles made exact in the placement of the joints elbow",
+    )
+
+
+def test_free_root_without_inertia() -> None:
+    scene = load_urdf(replaced('shoulder" type="continuous', 'shoulder" type="fixed'), file="arm.urdf", root="free")
+    (joint,) = scene.joints
+    assert (joint.name, joint.type, joint.child) == ("root_joint", "free", "foot")
+    assert joint.initial_position == (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert numbers((scene.bodies[0].mass,)) == [3.0]
+    assert [point.name for point in scene.points] == ["upper", "lower"]
+
+
+def test_a_link_named_base() -> None:
+    text = ARM.replace('"foot"', '"base"')
+    assert next(point.name for point in load_urdf(text).points) == "base"
+    scene = load_urdf(text, root="free")
+    assert scene.joints[0].child == "base_link"
+    assert scene.joints[1].parent == "base_link"
+    assert scene.notes[0] == "the link base is the body base_link, because base is the name of the frame that carries the tree"
+
+
+def test_right_angles_are_exact_only_where_they_are_meant() -> None:
+    def orientation(roll: str) -> tuple[tuple[float, ...], ...]:
+        text = replaced('<child link="upper"/>', f'<child link="upper"/><origin rpy="{roll} 0 0"/>')
+        return load_urdf(text).joints[0].orientation
+
+    assert orientation("1.57079632679") == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+    assert orientation("-3.14159265359") == ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+    assert 1e-7 < orientation("1.5707962")[1][1] < 1e-6
+
+
+def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
+    extras = '<limit effort="1" velocity="1"/><mimic joint="x"/><dynamics damping="0.5" friction="2"/><spring/>'
+    text = replaced('<dynamics damping="0.5"/>', extras).replace("</robot>", '<gazebo/><gazebo/><transmission name="t"/></robot>')
+    assert [note for note in load_urdf(text).notes if note.startswith("not modelled")] == [
+        "not modelled: settings of Gazebo (2)",
+        "not modelled: transmissions (1: t)",
+        "not modelled: limits of position, velocity and effort (1: shoulder)",
+        "not modelled: coupling of joints by mimic, which move independently here (1: shoulder)",
+        "not modelled: elements <spring> (1: shoulder)",
+        "not modelled: dry friction (1: shoulder)",
+    ]
+    found = refusals(text, strict=True)
+    assert len(found) == 6
+    assert found[0] == "arm.urdf:1: not modelled: settings of Gazebo (2); try: strict = False, to go on without"
+    assert load_urdf(ARM, strict=True).content == load_urdf(ARM).content
+
+
+def test_impossible_inertias_are_noted_by_link() -> None:
+    text = replaced('ixx="1" iyy="1" izz="0.5"', 'ixx="1" iyy="1" izz="2.5"')
+    fault = "violate the triangle inequality: the largest exceeds the sum of the other two"
+    note = f"link upper: the principal moments 1, 1, 2.5 {fault}"
+    assert note in load_urdf(text).notes
+    assert refusals(text, strict=True) == [f"arm.urdf:4: {note}; try: strict = False, to go on without"]
+
+
+def test_names_are_made_legal() -> None:
+    text = ARM.replace('"upper"', '"upper-arm"').replace('"lower"', '"upper arm"').replace('"shoulder"', '"1/*{{x}}*/"')
+    scene = load_urdf(text.replace('name="arm"', 'name="../my arm"'))
+    assert scene.name == "___my_arm"
+    assert (scene.joints[0].name, scene.joints[0].child) == ("_1____x____", "upper_arm")
+    assert [point.name for point in scene.points] == ["foot", "upper_arm_2"]
+    assert scene.notes[-2] == (
+        "names made legal: 'upper-arm' is upper_arm, 'upper arm' is upper_arm_2, '1/*{{x}}*/' is _1____x____"
+    )
+    assert len(load_urdf(ARM.replace('"upper"', f'"{"x" * 10_000}"')).joints[0].child) <= 64
+
+
+def test_options() -> None:
+    with pytest.raises(UsageError, match="has no joint 'sholder' to lock; try: shoulder"):
+        load_urdf(ARM, lock=["sholder"])
+    with pytest.raises(UsageError, match="root is 'floating'; try: fixed or free"):
+        load_urdf(ARM, root="floating")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<robot name", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot name", "arm.urdf:2: document types and entities are refused"),
+        ("</robot>", "", "this is not XML: no element found"),
+        ("</robot>", "&lol;</robot>", "arm.urdf:18: this is not XML: undefined entity"),
+        ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "arm.urdf:18: elements are nested more than 100 deep"),
+        ("</robot>", "<xacro:macro/></robot>", "arm.urdf:2: the file holds xacro macros; try: xacro first"),
+        ('type="continuous"', 'type="planar"', "(joints.shoulder): planar joints are not modelled"),
+        ('type="continuous"', 'type="revolut"', "the joint type 'revolut' is not known; try: revolute"),
+        ('type="continuous"', "", "the joint type '' is not known"),
+        ('type="continuous"', 'type="fixed"', "no joint can move"),
+        ('<link name="foot"/>', '<link name="foot"/><link name="hand"/>', "there are 2 root links: foot, hand"),
+        ('<parent link="foot"/>', "", "arm.urdf:12 (joints.shoulder): the joint has no <parent link=...>"),
+        ('<parent link="foot"/>', '<parent link="fot"/>', "arm.urdf:13 (joints.shoulder): there is no link 'fot'; try: foot"),
+        (
+            '<parent link="foot"/>',
+            '<parent link="upper"/>',
+            "the joints shoulder, elbow run in a circle, away from the root foot",
+        ),
+        ('<child link="lower"/>', '<child link="upper"/>', "the link upper is already carried by the joint shoulder"),
+        ('xyz="0 2 0"', 'xyz="0 0 0"', "(joints.shoulder.axis): the axis has no direction"),
+        ('xyz="0 2 0"', 'xyz="0 2"', "arm.urdf:13 (joints.shoulder): xyz: 3 numbers are needed here, not '0 2'"),
+        ('damping="0.5"', 'damping="nan"', "damping: a number is needed here, not 'nan'"),
+        ('damping="0.5"', 'damping="1e999"', "damping: '1e999' is too large"),
+        ('damping="0.5"', 'damping="1_0"', "damping: a number is needed here, not '1_0'"),
+        ('<mass value="2"/>', "", "arm.urdf:5 (links.upper): <inertial> has no <mass>"),
+        ('<link name="foot"/>', '<link name="foot"/><link name="foot"/>', "arm.urdf:3: the link 'foot' is there twice"),
+        ('<link name="foot"/>', '<link name="foot"/><link/>', "arm.urdf:3: the link has no name"),
+    ],
+)
+def test_refusals(old: str, new: str, message: str) -> None:
+    found = refusals(replaced(old, new))
+    assert any(message in problem for problem in found), found
+
+
+def test_other_roots_of_the_document() -> None:
+    assert refusals("<mujoco/>") == ["arm.urdf:1: the outermost element is 'mujoco', not 'robot'; try: a URDF file"]
+    assert refusals("<robot/>")[0].startswith("arm.urdf:1: the robot has no link")
+
+
+def test_massless_leaf_names_the_joint() -> None:
+    text = ARM.replace('<mass value="1"/>', '<mass value="0"/>').replace('ixx="1" iyy="2" izz="2.5"', 'ixx="0" iyy="0" izz="0"')
+    text = text.replace('iyz="0.25"', 'iyz="0"').replace('"elbow" type="fixed"', '"elbow" type="revolute"')
+    (found,) = refusals(text)
+    assert "arm.urdf:15 (joints.elbow): the joint elbow cannot be moved by a force: it carries neither mass nor inertia" in found
+    assert "(URDF: lock)" in found
+    assert len(load_urdf(text, lock=["elbow"]).joints) == 1
