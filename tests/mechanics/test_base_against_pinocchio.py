@@ -1,0 +1,99 @@
+"""Base-motion terms against a tree on a free-flyer whose pose, twist and acceleration are prescribed, and the base's own law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_of_tree
+from tests.oracles.random_scenes import random_scene, shaking_base, with_base
+from tests.oracles.robots import panda
+from tests.oracles.states import random_states, random_unit_quaternions
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.scene import Scene
+
+TERMS = ["coupling", "base_motion", "force", "inverse_dynamics", "forward_dynamics"]
+STATES = 20
+SCENES = {"panda": panda, **{f"tree {seed}": partial(random_scene, seed, 5) for seed in range(6)}}
+
+
+def prescribed(count: int, rng: np.random.Generator) -> Array:
+    """Return random base structs: pose, twist and its derivative without any law behind them."""
+    return np.concatenate([random_unit_quaternions(rng, count), rng.uniform(-2.0, 2.0, size=(count, 15))], axis=1)
+
+
+def on_carrier(state: dict[str, Array]) -> dict[str, Array]:
+    """Return the state of the tree and its carrier together."""
+    base = state["base"]
+    return {
+        "q": np.concatenate([base[:, :7], state["q"]], axis=1),
+        "v": np.concatenate([base[:, 7:13], state["v"]], axis=1),
+        "a": np.concatenate([base[:, 13:19], state["a"]], axis=1),
+    }
+
+
+def without_gravity(oracle: PinocchioOracle) -> PinocchioOracle:
+    oracle.model.gravity.linear = np.zeros(3)
+    return oracle
+
+
+@pytest.fixture(params=SCENES)
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return SCENES[request.param]()
+
+
+def test_base_motion_is_what_a_prescribed_carrier_adds(scene: Scene, rng) -> None:
+    system = derive(with_base(scene, 1), TERMS)
+    evaluate = tape_evaluator(system)
+    state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
+    carried = without_gravity(oracle_of_tree(scene, pin.Inertia.Random())).inverse_dynamics(on_carrier(state))[:, 6:]
+    fixed = without_gravity(oracle_of_tree(scene)).inverse_dynamics(state)
+    assert relative_error(evaluate("base_motion", state)["b"], carried - fixed) <= 1e-12
+
+
+def test_weight_on_a_turned_base(scene: Scene, rng) -> None:
+    system = derive(with_base(scene, 1), TERMS)
+    state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
+    expected = oracle_of_tree(scene, pin.Inertia.Random()).weight(on_carrier(state))[:, 6:]
+    assert relative_error(tape_evaluator(system)("force", state)["Q"], expected) <= 1e-12
+
+
+def test_inverse_and_forward_dynamics_on_a_moving_base(scene: Scene, rng) -> None:
+    system = derive(with_base(scene, 1), TERMS)
+    evaluate = tape_evaluator(system)
+    state = {**random_states(system, STATES, rng), "base": prescribed(STATES, rng)}
+    expected = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier(state))[:, 6:]
+    assert relative_error(evaluate("inverse_dynamics", state)["tau"], expected) <= 1e-12
+    vdot = evaluate("forward_dynamics", state)["vdot"]
+    at_rest = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier({**state, "a": vdot}))[:, 6:]
+    assert np.abs(at_rest).max() <= 1e-11 * np.abs(expected).max()
+
+
+def test_translating_base_needs_no_orientation(rng) -> None:
+    scene = replace(panda(), base=shaking_base(rng, turning=False))
+    system = derive(scene, TERMS)
+    used = {symbol.index for symbol in system.tape.depends_on(system.functions["inverse_dynamics"].refs) if symbol.block == "base"}
+    assert used == {16, 17, 18}, "of a base that only translates, nothing but its acceleration may enter"
+    state = random_states(system, STATES, rng)
+    state["base"] = prescribed(STATES, rng)
+    state["base"][:, :4], state["base"][:, 7:10], state["base"][:, 13:16] = (1, 0, 0, 0), 0, 0
+    expected = oracle_of_tree(scene, pin.Inertia.Random()).inverse_dynamics(on_carrier(state))[:, 6:]
+    assert relative_error(tape_evaluator(system)("inverse_dynamics", state)["tau"], expected) <= 1e-12
+
+
+def test_mass_and_coupling_do_not_know_the_base(rng) -> None:
+    scene = random_scene(3, 5)
+    bases = [None, shaking_base(rng), shaking_base(rng), shaking_base(rng, turning=False)]
+    found = []
+    for base in bases:
+        system = derive(replace(scene, base=base), ["mass", "coupling"])
+        state = random_states(system, STATES, np.random.default_rng(5))
+        evaluate = tape_evaluator(system)
+        counts = system.counts["mass"], system.counts["coupling"]
+        found.append((evaluate("mass", state)["M"].tobytes(), evaluate("coupling", state)["h"].tobytes(), counts))
+    assert all(item == found[0] for item in found), "M and h must be the same operations on every base, bit for bit"

@@ -1,0 +1,1 @@
+"""Independent ways to the same numbers: other engines, other algorithms, other derivatives."""

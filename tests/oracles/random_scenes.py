@@ -1,0 +1,177 @@
+"""Random scenes: trees with every joint type, skew axes and offsets, fixed joints and massless bodies in between."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.scene import (
+    BASE, Base, Body, Effort, Force, Input, Joint, JointType, Output, Parameter, Point, Rotation, Scene, Spring, TorsionSpring,
+)  # fmt: skip
+from tests.oracles.evaluation import Array
+from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
+from tests.oracles.robots import body_of_masses
+from tests.oracles.states import random_unit_quaternions, rotation_of
+
+SIZES = {"fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "spherical": (4, 3), "free": (7, 6)}
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(row[0]), float(row[1]), float(row[2])) for row in matrix)
+
+
+class _Maker:
+    def __init__(self, seed: int, links: int) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.links = links
+        self.bodies: list[Body] = []
+        self.joints: list[Joint] = []
+        self.parameters: list[Parameter] = []
+
+    def maybe_tunable(self, value: float, chance: float) -> Formula:
+        """Return the number itself, or half of it plus a tunable parameter worth the other half."""
+        if self.rng.uniform() > chance:
+            return number(value)
+        name = f"p{len(self.parameters)}"
+        self.parameters.append(Parameter(name, 0.5 * float(value), tunable=True))
+        return plus(number(0.5 * value), parameter(name))
+
+    def axis(self) -> tuple[float, float, float]:
+        if self.rng.uniform() < 0.5:
+            axis = np.zeros(3)
+            axis[self.rng.integers(3)] = self.rng.choice([-1.0, 1.0])
+        else:
+            axis = self.rng.normal(size=3)
+            axis /= np.linalg.norm(axis)
+        return float(axis[0]), float(axis[1]), float(axis[2])
+
+    def body(self, name: str, massless: bool, tunable: float) -> Body:
+        if massless:
+            return rigid_body(name, 0.0)
+        masses, places = self.rng.uniform(0.1, 0.8, 6), self.rng.uniform(-0.4, 0.4, (6, 3))
+        made = body_of_masses(name, masses, places)
+        assert isinstance(made.mass, Number)
+        center = vector([self.maybe_tunable(item.value, 0.5 * tunable) for item in made.center_of_mass])  # type: ignore[union-attr]
+        return replace(made, mass=self.maybe_tunable(made.mass.value, tunable), center_of_mass=center)
+
+    def joint(self, name: str, kind: JointType, parent: str, child: str, tunable: float) -> Joint:
+        orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
+        position = vector([self.maybe_tunable(value, 0.5 * tunable) for value in self.rng.uniform(-0.6, 0.6, 3)])
+        rotor = number(self.rng.uniform(0.0, 0.05)) if kind in ("revolute", "prismatic") and self.rng.uniform() < 0.4 else number(0)
+        neutral = {"fixed": (), "revolute": (0.0,), "prismatic": (0.0,), "spherical": (1.0, 0.0, 0.0, 0.0)}.get(
+            kind, (1.0, *([0.0] * 6))
+        )
+        return Joint(
+            name, kind, parent, child, axis=self.axis(), position=position, orientation=_rows(orientation), rotor_inertia=rotor,
+            initial_position=neutral, initial_velocity=(0.0,) * SIZES[kind][1],
+        )  # fmt: skip
+
+    def tree(self, tunable: float) -> None:
+        moving = 0
+        parents = [BASE]
+        after_massless = False
+        while moving < self.links or after_massless:
+            k = len(self.bodies)
+            kinds: list[JointType] = ["revolute", "revolute", "prismatic"]
+            if not after_massless:
+                kinds += ["spherical", "free", "fixed"]
+            kind = kinds[self.rng.integers(len(kinds))]
+            parent = self.bodies[-1].name if after_massless else str(parents[self.rng.integers(len(parents))])
+            massless = not after_massless and kind in ("revolute", "prismatic") and self.rng.uniform() < 0.25
+            self.bodies.append(self.body(f"body{k}", massless, 0.0 if massless else tunable))
+            self.joints.append(self.joint(f"joint{k}", kind, parent, f"body{k}", tunable))
+            if not massless:
+                parents.append(f"body{k}")
+            after_massless = massless
+            moving += kind != "fixed"
+
+    def joint_names(self, kind: str) -> list[str]:
+        return [joint.name for joint in self.joints if joint.type == kind]
+
+    def random_vector(self) -> tuple[Formula, Formula, Formula]:
+        return vector(self.rng.uniform(-0.5, 0.5, 3).tolist())
+
+    def somewhere(self) -> str:
+        return str(self.rng.choice([BASE, *(body.name for body in self.bodies)]))
+
+
+def random_scene(seed: int, links: int = 4, *, tunable: float = 0.0) -> Scene:
+    """Return a random tree under skew gravity, nothing else acting on it."""
+    maker = _Maker(seed, links)
+    maker.tree(tunable)
+    gravity = maker.rng.uniform(-9.0, 9.0, 3).tolist()
+    return Scene(
+        f"random_{seed}", tuple(maker.bodies), tuple(maker.joints), gravity=vector(gravity), parameters=tuple(maker.parameters)
+    )
+
+
+def shaking_base(rng: np.random.Generator, *, turning: bool = True) -> Base:
+    """Return a base that translates along all axes and turns about coordinate and skew axes."""
+
+    def swing() -> Formula:
+        phase = plus(times(float(rng.uniform(0.5, 3.0)), TIME), number(rng.uniform(0.0, 3.0)))
+        return times(float(rng.uniform(0.2, 1.0)), call("sin", phase))
+
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    skew = (float(axis[0]), float(axis[1]), float(axis[2]))
+    turns = (Rotation((0.0, 0.0, 1.0), swing()), Rotation(skew, swing()), Rotation((-1.0, 0.0, 0.0), plus(swing(), TIME)))
+    return Base(vector([swing(), plus(swing(), TIME), swing()]), turns if turning else ())
+
+
+def with_base(scene: Scene, seed: int, *, turning: bool = True) -> Scene:
+    return replace(scene, base=shaking_base(np.random.default_rng(seed), turning=turning))
+
+
+def with_loads(scene: Scene, seed: int) -> Scene:
+    """Return the scene with springs, dampers, actuators, forces by formula and efforts, all of them active."""
+    maker = _Maker(seed, 0)
+    maker.bodies, maker.joints = list(scene.bodies), list(scene.joints)
+    rng = maker.rng
+    points = tuple(Point(f"point{k}", maker.somewhere(), maker.random_vector()) for k in range(4))
+    tip = Point("tip", scene.bodies[-1].name, maker.random_vector())
+    ground = Point("ground", BASE, vector((1.5, -2.0, 2.5)))
+    anchored = Spring("anchored", "ground", "tip", number(30.0), number(1.5), number(1.0), times(2.0, Symbol("input", "pull")))
+    between = Spring("between", "tip", "point0", number(12.0), number(0.4), number(0.3), call("sin", Symbol("rate", "anchored")))
+    loose = points[0].body == tip.body  # such a spring has no work to do, which is fine
+    real = [joint for joint in scene.joints if joint.type in ("revolute", "prismatic")]
+    joints = tuple(
+        replace(joint, stiffness=number(rng.uniform(1, 9)), damping=number(rng.uniform(0.1, 2)), rest=number(rng.uniform(-1, 1)))
+        if joint in real and rng.uniform() < 0.6
+        else joint
+        for joint in scene.joints
+    )
+    revolute = maker.joint_names("revolute")
+    torsion = (
+        (TorsionSpring("torsion", revolute[0], revolute[-1] if len(revolute) > 1 else "", number(4.0), number(0.6), number(0.2)),)
+        if revolute
+        else ()
+    )
+    driven = [joint for joint in scene.joints if joint.type != "fixed"][-1]
+    effort = Effort(
+        "motor", driven.name, plus(Symbol("input", "pull"), times(-0.7, Symbol("v", driven.name, 0))), SIZES[driven.type][1] - 1
+    )
+    wind = vector(
+        [times(-0.3, Symbol("velocity", "tip", 0)), call("cos", TIME), times(0.5, call("tanh", Symbol("position", "tip", 2)))]
+    )
+    twisting = vector([times(0.2, TIME), Symbol("length", "anchored"), number(-0.4)])
+    forces = (
+        Force("wind", tip.body, tip.position, wind, vector((0.1, -0.2, 0.3)), "world"),
+        Force("thrust", scene.bodies[0].name, maker.random_vector(), vector((0.5, 1.0, -0.7)), twisting, "body"),
+    )
+    return replace(
+        scene, joints=joints, points=(*points, tip, ground), springs=(anchored,) if loose else (anchored, between),
+        torsion_springs=torsion, forces=forces, efforts=(effort,), inputs=(Input("pull"),),
+    )  # fmt: skip
+
+
+def point_outputs(scene: Scene) -> Scene:
+    """Return the scene with position, velocity and acceleration of its points as outputs."""
+    outputs = tuple(
+        Output(f"{kind}_{point.name}", tuple(Symbol(kind, point.name, k) for k in range(3)))
+        for point in scene.points
+        for kind in ("position", "velocity", "acceleration")
+    )
+    return replace(scene, outputs=outputs)
