@@ -26,7 +26,12 @@ from eomgen.build.library import Library
 from eomgen.errors import ToolchainError
 
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
-_REALS = {"double": (), "float": ("-DEOMGEN_REAL_FLOAT",), "complex": ("-DEOMGEN_REAL_COMPLEX",), "lanes": ("-DEOMGEN_REAL_LANES",)}
+_REALS = {
+    "double": (),
+    "float": ("-DEOMGEN_REAL_FLOAT",),
+    "complex": ("-DEOMGEN_REAL_COMPLEX",),
+    "lanes": ("-DEOMGEN_REAL_LANES",),
+}
 
 
 class Builder:
@@ -60,7 +65,9 @@ class Builder:
         self.compiler = find_compiler() if compiler is None else compiler
         self.headers = python_headers() if mode in (None, "api") else None
         if mode == "api" and self.headers is None:
-            raise ToolchainError("Python.h is missing, so the API mode of cffi cannot be built", "apt install python3-dev, or mode abi")
+            raise ToolchainError(
+                "Python.h is missing, so the API mode of cffi cannot be built", "apt install python3-dev, or mode abi"
+            )
         self.mode = "abi" if self.headers is None else "api"
         self.cache = Cache() if cache is None else cache
         self.timeout = timeout

@@ -1,4 +1,4 @@
-"""Find the C compiler and run it: separate files in parallel, then one link; every failure says which command, and what it said."""
+"""Find the C compiler and run it: separate files in parallel, then one link; a failure shows the command and its words."""
 
 from __future__ import annotations
 
@@ -90,7 +90,11 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         found = shutil.which(chosen[0], path=path)
         if found is None:
             raise ToolchainError(
-                Problem("environment variable CC", f"no C compiler {chosen[0]!r} on the path", "unset CC, or name one that is installed")
+                Problem(
+                    "environment variable CC",
+                    f"no C compiler {chosen[0]!r} on the path",
+                    "unset CC, or name one that is installed",
+                )
             )
         return Compiler(tuple(chosen), Path(found))
     for candidate in CANDIDATES:
@@ -117,7 +121,9 @@ def processor() -> str:
     text = platform.machine() + platform.processor()
     try:
         with Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as stream:
-            text += "".join(line for _, line in zip(range(40), stream, strict=False) if line.startswith(("model name", "flags", "Features")))
+            text += "".join(
+                line for _, line in zip(range(40), stream, strict=False) if line.startswith(("model name", "flags", "Features"))
+            )
     except OSError:
         text += platform.platform()
     return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -171,11 +177,19 @@ def _run(command: Sequence[str], folder: Path, deadline: float) -> None:
     where = f"C compiler, sources kept in {folder}"
     try:
         result = subprocess.run(
-            list(command), cwd=folder, capture_output=True, text=True, errors="replace", check=False, timeout=max(0.1, deadline - time.monotonic())
+            list(command),
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=max(0.1, deadline - time.monotonic()),
         )
     except subprocess.TimeoutExpired as error:
         raise ToolchainError(
-            Problem(where, f"{shlex.join(command)} did not finish in time", "a longer timeout, fewer functions, or a smaller scene")
+            Problem(
+                where, f"{shlex.join(command)} did not finish in time", "a longer timeout, fewer functions, or a smaller scene"
+            )
         ) from error
     except OSError as error:
         raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error

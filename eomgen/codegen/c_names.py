@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.codegen.program import Program, ProgramFunction
+from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 
 _POINTERS = {"q": "NQ", "v": "NV", "a": "NV", "z": "NZ", "lam": "NLAM", "u": "NU"}
 
@@ -102,3 +102,22 @@ class CNames:
         if function.name == "base":
             return ", ".join([*texts, "&base"])
         return ", ".join([*texts, *(target or f"{function.name}_{output.name}" for output in function.outputs)])
+
+    @staticmethod
+    def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
+        """Return the texts of what an element of a loop reads."""
+        return {
+            "element": "K(constants[element][{}])",
+            "shared": [f"g[{place}]" for place in loop.shared],
+            "gather": "g[place[element][{}]]",
+            "carry": "carry[{}]",
+        }
+
+    @staticmethod
+    def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
+        """Return the texts of what an element of a loop gives: terms of sums, next carries, rows."""
+        head = loop.sums + len(loop.initial)
+        start = f"{head} + " if head else ""
+        width = f"{loop.stacked} * element" if loop.stacked > 1 else "element"
+        rows = [f"r[{start}{width}{f' + {k}' if k else ''}]" for k in range(loop.stacked)]
+        return ["term", "next", rows]

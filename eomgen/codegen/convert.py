@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen import __version__
+from eomgen.codegen.loops import program_loop
 from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
 from eomgen.codegen.program import Named, OutputArray, Program, ProgramFunction
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
@@ -44,6 +45,9 @@ def to_program(
     unknown = [name for name in wanted if name not in system.functions]
     if unknown:
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
+    tape = system.tape
+    loop_numbers: dict[int, int] = {}
+    made = tuple(_function(system, system.functions[name], loop_numbers, part_limit, nest_limit) for name in wanted)
     return Program(
         prefix=check_prefix(system.name),
         description=system.description,
@@ -64,8 +68,8 @@ def to_program(
         bodies=system.bodies,
         multipliers=system.multipliers,
         base_fields=BASE_LAYOUT,
-        functions=tuple(_function(system, system.functions[name], part_limit, nest_limit) for name in wanted),
-        maps=(),
+        functions=made,
+        loops=tuple(program_loop(tape, number) for number in loop_numbers),
         initial_q=system.initial_q,
         initial_v=system.initial_v,
         initial_z=system.initial_z,
@@ -84,15 +88,20 @@ def to_program(
 
 def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
     return tuple(
-        Named(item.name, mangle(item.name, prefix), float(item.value), item.size, item.unit, item.description) for item in quantities
+        Named(item.name, mangle(item.name, prefix), float(item.value), item.size, item.unit, item.description)
+        for item in quantities
     )
 
 
-def _function(system: System, function: Function, part_limit: int, nest_limit: int) -> ProgramFunction:
+def _function(
+    system: System, function: Function, loop_numbers: dict[int, int], part_limit: int, nest_limit: int
+) -> ProgramFunction:
     name = check_identifier(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:
-        raise ModelError(f"function {name} takes {', '.join(unknown)}, which is no input block", f"some of {', '.join(INPUT_BLOCKS)}")
+        raise ModelError(
+            f"function {name} takes {', '.join(unknown)}, which is no input block", f"some of {', '.join(INPUT_BLOCKS)}"
+        )
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
     needed = {symbol.block for symbol in system.tape.depends_on(function.refs)}
     missing = [block for block in INPUT_BLOCKS if block in needed and block not in inputs]
@@ -110,7 +119,7 @@ def _function(system: System, function: Function, part_limit: int, nest_limit: i
         if len(refs) != BASE_SIZE:
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
-    result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit)
+    result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit, loop_numbers)
     return ProgramFunction(
         name=name,
         description=function.description,

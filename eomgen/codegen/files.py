@@ -1,4 +1,4 @@
-"""Which function, and which part of it, goes into which C file: one file for small models, several that compile in parallel for large ones."""
+"""Which function, and which part of it, goes into which C file: large models get several, which compile in parallel."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The generic interface of every compiled model: one text is the cdef for cffi and the header for C.
 
 ``eomgen_call`` evaluates one function for ``count`` samples. Input ``j`` (in the order of the function's inputs) of sample ``i``
-starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are contiguous, sample after sample.
+starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are
+contiguous, sample after sample.
 A complex model takes and gives pairs of doubles; strides count doubles.
 """
 

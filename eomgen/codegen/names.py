@@ -8,11 +8,10 @@ from eomgen.errors import ModelError
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _COMMENT_UNSAFE = re.compile(r"[^A-Za-z0-9 _.,:;=()\[\]{}<>+^|/-]")
-_C_WORDS = frozenset(
-    """auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
-    return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool _Complex _Imaginary
-    asm bool catch class delete explicit export false friend mutable namespace new operator private protected public template
-    this throw true try typename using virtual real complex main count inputs outputs strides""".split()
+_C_WORDS = re.compile(
+    r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|restrict|return|short|signed|sizeof|static|struct|switch|"
+    r"typedef|union|unsigned|void|volatile|while|_Bool|_Complex|_Imaginary|asm|bool|catch|class|delete|explicit|export|false|friend|mutable|namespace|new|operator|private|protected|public|template|this|throw|"
+    r"true|try|typename|using|virtual|real|complex|main|count|inputs|outputs|strides"
 )
 
 
@@ -57,5 +56,5 @@ def check_identifier(name: str, what: str) -> str:
 def output_name(name: str, inputs: tuple[str, ...]) -> str:
     """Return the name of an output argument, out of the way of inputs, locals and words of C."""
     check_identifier(name, "the output")
-    clash = name in inputs or name in _C_WORDS or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
+    clash = name in inputs or _C_WORDS.fullmatch(name) or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
     return f"{name}_out" if clash else name

@@ -19,6 +19,20 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
+#: Kinds of statements that count with ``i``.
+COUNTING = frozenset({"fill", "gather", "spread"})
+
+
+def _place(start: int, step: int) -> str:
+    """Return the text of start + step i."""
+    if step == 0:
+        return str(start)
+    term = "i" if abs(step) == 1 else f"{abs(step)} * i"
+    if step < 0:
+        return f"{start} - {term}"
+    return f"{start} + {term}" if start else term
+
+
 class Printer:
     """Prints expressions and statements.
 
@@ -26,9 +40,13 @@ class Printer:
     ----------
     inputs : for each input block, its text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
     outputs : for each output, by number, the name of its array or the texts of its components.
+    prefix : of the model's functions.
     """
 
-    def __init__(self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = ()) -> None:
+    def __init__(
+        self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = ""
+    ) -> None:
+        self.prefix = prefix
         self.inputs = inputs
         self.outputs = outputs
 
@@ -79,6 +97,14 @@ class Printer:
             elif kind == "sincos":
                 lines.append(f"real x{data[0]}, x{data[1]};")
                 lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &x{data[0]}, &x{data[1]});")
+            elif kind == "loop":
+                lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
+            elif kind == "gather":
+                to, to_step, block, start, step, length = data
+                source = "w[{}]" if block == "w" else self.inputs[block]
+                lines += self._copy(f"w[{_place(to, to_step)}]", str(source).format(_place(start, step)), length)
+            elif kind == "spread":
+                lines += self._spread(*data)
             elif kind == "fill":
                 lines += self._fill(data[0], data[1])
             else:
@@ -93,4 +119,14 @@ class Printer:
         target = self.outputs[output]
         if not isinstance(target, str):
             return [f"{component} = K(0.0);" for component in target]
-        return [f"for (i = 0; i < {size}; ++i) {{", f"    {target}[i] = K(0.0);", "}"]
+        return self._copy(f"{target}[i]", "K(0.0)", size)
+
+    def _spread(self, output: int, to: int, to_step: int, start: int, step: int, length: int, sign: int) -> list[str]:
+        target, minus = self.outputs[output], "-" if sign < 0 else ""
+        if not isinstance(target, str):
+            return [f"{target[to + k * to_step]} = {minus}w[{start + k * step}];" for k in range(length)]
+        return self._copy(f"{target}[{_place(to, to_step)}]", f"{minus}w[{_place(start, step)}]", length)
+
+    @staticmethod
+    def _copy(target: str, source: str, length: int) -> list[str]:
+        return [f"for (i = 0; i < {length}; ++i) {{", f"    {target} = {source};", "}"]

@@ -2,8 +2,8 @@
 
 Expressions are nested tuples over leaves: an integer ``n`` is local value n of the function (``-n`` its negative),
 ``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part left in
-the workspace, ``("neg", x)`` a negative, ``("element", block, index)`` and ``("loop",)`` appear in Maps; every other tuple is an
-operation named as in ``symbolic.tape.Op``. Nothing here knows C, and nothing in the templates knows mechanics.
+the workspace, ``("neg", x)`` a negative; every other tuple is an operation named as in ``symbolic.tape.Op``.
+Nothing here knows C, and nothing in the templates knows mechanics.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time
 class Statement:
     """One statement of a part.
 
-    ``kind`` and ``data``:  ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number or 0,
+    ``kind`` and ``data``:  ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number,
     expression); ``out`` (output number, component, expression); ``fill`` (output number, size): zeros everywhere;
-    ``save`` (slot, expression): for a later part; ``map`` (number in ``Program.maps``, gathered expressions, results as
-    (result number, local number)).
+    ``save`` (slot, expression): into the workspace; ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot
+    of the first result); ``gather`` (slot, step, block or "w", index, step, length): equally spaced places into the workspace;
+    ``spread`` (output number, component, step, slot, step, length, sign): equally spaced slots into an output.
     """
 
     kind: str
@@ -68,6 +69,34 @@ class ProgramFunction:
 
 
 @dataclass(frozen=True)
+class ProgramLoop:
+    """A loop over identical elements; see ``symbolic.map`` for its meaning.
+
+    Attributes
+    ----------
+    gathered, results : int
+        Values it reads from, and leaves in, the workspace.
+    constants : (count, columns) numbers; ``index`` : (count, slots) places among the gathered values.
+    shared, initial : places among the gathered values, of values that all elements share and of the first carries.
+    statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names the
+        blocks among ``element, shared, gather, carry`` that they read.
+    """
+
+    label: str
+    count: int
+    gathered: int
+    results: int
+    constants: tuple[tuple[float, ...], ...]
+    index: tuple[tuple[int, ...], ...]
+    shared: tuple[int, ...]
+    initial: tuple[int, ...]
+    sums: int
+    stacked: int
+    statements: tuple[Statement, ...]
+    reads: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Named:
     """A number of the interface. ``member`` is the mangled name, the only one that code may use."""
 
@@ -93,8 +122,7 @@ class Program:
         group, name, q_start, q_size, v_start, v_size.
     base_fields : tuple of (name, size, meaning)
     functions : tuple of ProgramFunction
-    maps : tuple of mappings
-        Loops over identical elements; see ``codegen.loops``.
+    loops : tuple of ProgramLoop
     method : mapping
         Filled by the integrators; empty when the model is functions only.
     """
@@ -110,7 +138,7 @@ class Program:
     multipliers: tuple[str, ...]
     base_fields: tuple[tuple[str, int, str], ...]
     functions: tuple[ProgramFunction, ...]
-    maps: tuple[Mapping[str, Any], ...]
+    loops: tuple[ProgramLoop, ...]
     initial_q: tuple[float, ...]
     initial_v: tuple[float, ...]
     initial_z: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""Program -> files: one Jinja environment, everything rendered in memory, then written so that a reader never sees half a folder."""
+"""Program -> files: one Jinja environment, all rendered in memory, then written so that nobody sees half a file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from eomgen.codegen.c_names import CNames
 from eomgen.codegen.files import FILE_LIMIT, plan_files
 from eomgen.codegen.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.names import comment
-from eomgen.codegen.printer import Printer, number
-from eomgen.codegen.program import Named, Program, ProgramFunction
+from eomgen.codegen.printer import COUNTING, Printer, number
+from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.errors import FileError
 
 MANIFEST = "manifest.json"
@@ -29,7 +29,9 @@ def template_folder() -> Path:
     for folder in (package / "_templates", package.parent / "templates"):
         if (folder / "c").is_dir():
             return folder
-    raise FileError(f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}", "reinstall eomgen")
+    raise FileError(
+        f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}", "reinstall eomgen"
+    )
 
 
 @cache
@@ -57,6 +59,10 @@ def _described(named: Named) -> str:
     return f" /* {comment(named.name)}{unit}{meaning} */"
 
 
+def _indented(lines: list[str], depth: int) -> str:
+    return "".join(f"{'    ' * depth}{line}\n" for line in lines)
+
+
 class _Context:
     """What every template of a Program sees."""
 
@@ -68,21 +74,30 @@ class _Context:
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
         outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
-        lines = Printer(self.c.input_texts(), outputs).lines(function.parts[part].statements)
-        declared = ["int i;"] if any(statement.kind == "fill" for statement in function.parts[part].statements) else []
-        return "".join(f"    {line}\n" for line in (*declared, *lines))
+        statements = function.parts[part].statements
+        declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
+        return _indented([*declared, *Printer(self.c.input_texts(), outputs, self.program.prefix).lines(statements)], 1)
+
+    def kernel(self, loop: ProgramLoop) -> str:
+        """Return what one element of a loop computes."""
+        return _indented(Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements), 2)
 
     def render(self, template: str, **extra: object) -> str:
         program = self.program
-        return environment().get_template(template).render(
-            program=program,
-            prefix=program.prefix,
-            upper=program.prefix.upper(),
-            c=self.c,
-            files=self.files,
-            split=len(self.files) > 1,
-            body=self.body,
-            **extra,
+        return (
+            environment()
+            .get_template(template)
+            .render(
+                program=program,
+                prefix=program.prefix,
+                upper=program.prefix.upper(),
+                c=self.c,
+                files=self.files,
+                split=len(self.files) > 1,
+                body=self.body,
+                kernel=self.kernel,
+                **extra,
+            )
         )
 
 
@@ -143,7 +158,11 @@ def _manifest(program: Program, files: Mapping[str, str]) -> str:
         "compile": compile_command(program, sources),
         "sizes": dict(program.sizes),
         "functions": {
-            function.name: {"inputs": function.inputs, "outputs": [o.name for o in function.outputs], "counts": dict(function.counts)}
+            function.name: {
+                "inputs": function.inputs,
+                "outputs": [o.name for o in function.outputs],
+                "counts": dict(function.counts),
+            }
             for function in program.functions
         },
         "license": "MIT",
@@ -166,7 +185,9 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
         old = _earlier_files(target)
         target.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
-            with tempfile.NamedTemporaryFile("w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False) as stream:
+            with tempfile.NamedTemporaryFile(
+                "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
+            ) as stream:
                 stream.write(text)
             Path(stream.name).chmod(0o666 & ~_umask())
             os.replace(stream.name, target / name)  # noqa: PTH105  # atomic on every platform

@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
+from eomgen.codegen.loops import runs
+from eomgen.codegen.plan import Plan, operands
 from eomgen.codegen.program import Expression, Part, Statement
-from eomgen.symbolic.tape import UNARY, ZERO, Op, Ref, Tape
+from eomgen.symbolic.map import Map
+from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
 
 #: Operations per part at most; a function this long compiles in about a second.
 PART_LIMIT = 1500
@@ -20,23 +24,18 @@ NEST_LIMIT = 6
 FILL_FROM = 9
 
 _NAMES: list[str] = [""] * (max(Op) + 1)
-_ARITY = [2] * (max(Op) + 1)
 for _op in Op:
     _NAMES[_op] = _op.name
-for _op in UNARY:
-    _ARITY[_op] = 1
-_ARITY[Op.SELECT] = 3
-_SIN, _COS, _MAP, _CONST, _INPUT = int(Op.SIN), int(Op.COS), int(Op.MAP), int(Op.CONST), int(Op.INPUT)
+_CONST, _INPUT, _MAP = Op.CONST, Op.INPUT, Op.MAP
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """The parts of a function, the size of the workspace between them, the number of operations, and the Maps it runs."""
+    """The parts of a function, the size of its workspace, and its number of operations (a loop's kernel counts once)."""
 
     parts: tuple[Part, ...]
     workspace: int
     operations: int
-    maps: tuple[int, ...]
 
 
 @dataclass
@@ -51,80 +50,28 @@ class _Open:
 
 
 class _Scheduler:
-    def __init__(self, tape: Tape, outputs: Sequence[Sequence[Ref]], input_order: Sequence[str], part_limit: int, nest_limit: int) -> None:
-        self.tape = tape
+    def __init__(
+        self,
+        plan: Plan,
+        outputs: Sequence[Sequence[Ref]],
+        input_order: Sequence[str],
+        nest_limit: int,
+        loop_numbers: dict[int, int],
+    ) -> None:
+        self.plan = plan
+        self.tape = plan.tape
+        self.outputs = outputs
         self.input_order = input_order
         self.nest_limit = nest_limit
-        self.outputs = outputs
-        self.live = [node for node in tape.live(ref for refs in outputs for ref in refs) if tape.op[node] not in (_CONST, _INPUT)]
-        self.leader = self._leaders()
-        self.order = [node for node in self.live if self.leader.get(node, node) == node]
-        count = max(1, -(-len(self.order) // part_limit))
-        length = max(1, -(-len(self.order) // count))
-        self.part_count = count
-        self.part_of = {node: position // length for position, node in enumerate(self.order)}
-        for node, first in self.leader.items():
-            self.part_of[node] = self.part_of[first]
-        self.uses = dict.fromkeys(self.live, 0)
-        self.last_part = dict(self.part_of)
-        self.members: dict[int, list[int]] = {}
-        for node, first in self.leader.items():
-            self.members.setdefault(first, []).append(node)
-        self.stores: dict[int, list[tuple[int, int, int]]] = {}
-        self._count_uses()
-        self.length = length
+        self.loop_numbers = loop_numbers
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
         self.waiting: dict[int, int] = {}  # node -> operations in its expression
         self.locals = 0
-        self.labels = iter([*tape.blocks, (len(tape.op) + 1, "")])
+        self.slots = 0
+        self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
         self.next_label = next(self.labels)
         self.label = ""
         self.open = _Open()
-        self.maps: list[int] = []
-
-    def _leaders(self) -> dict[int, int]:
-        """Map nodes that are computed together with another one to that one: cosine with sine, results of a Map."""
-        op, a = self.tape.op, self.tape.a
-        first_of: dict[tuple[int, int], int] = {}
-        leader: dict[int, int] = {}
-        for node in self.live:
-            code = op[node]
-            if code == _SIN or code == _COS:
-                key = (_SIN, abs(a[node]))
-            elif code == _MAP:
-                key = (_MAP, a[node])
-            else:
-                continue
-            first = first_of.setdefault(key, node)
-            if first != node:
-                leader[node] = first
-        return leader
-
-    def _count_uses(self) -> None:
-        uses, last_part, part_of = self.uses, self.last_part, self.part_of
-        op, tape = self.tape.op, self.tape
-        for node in self.order:
-            part = part_of[node]
-            for ref in self._operands(node) if op[node] != _MAP else tape.operands(node):
-                operand = abs(ref)
-                if operand in uses:
-                    uses[operand] += 1
-                    if last_part[operand] < part:
-                        last_part[operand] = part
-        for number, refs in enumerate(self.outputs):
-            for component, ref in enumerate(refs):
-                node = abs(ref)
-                if node in uses:
-                    uses[node] += 1
-                    self.stores.setdefault(node, []).append((number, component, 1 if ref > 0 else -1))
-
-    def _operands(self, node: int) -> tuple[int, ...]:
-        arity = _ARITY[self.tape.op[node]]
-        if arity == 2:
-            return (self.tape.a[node], self.tape.b[node])
-        if arity == 1:
-            return (self.tape.a[node],)
-        return (self.tape.a[node], self.tape.b[node], self.tape.c[node])
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
@@ -132,10 +79,10 @@ class _Scheduler:
         """Return a leaf, or the expression that stands for a node."""
         node = abs(ref)
         code = self.tape.op[node]
-        if code == _CONST:
+        if code is _CONST:
             value = self.tape.constants[self.tape.a[node]]
             return ("K", value if ref > 0 else -value)
-        if code == _INPUT:
+        if code is _INPUT:
             symbol = self.tape.inputs[self.tape.a[node]]
             self.open.inputs.add(symbol.block)
             expression: Expression = ("in", symbol.block, symbol.index)
@@ -175,29 +122,29 @@ class _Scheduler:
         self.open.statements.append(Statement(kind, data))
 
     def _store(self, node: int) -> None:
-        for number, component, sign in self.stores.get(node, ()):
+        for number, component, sign in self.plan.stores.get(node, ()):
             self.open.outputs.add(number)
             self._emit("out", number, component, self._leaf(sign * node))
 
     # -- nodes ----------------------------------------------------------------------------------------------------
 
     def _node(self, node: int) -> None:
-        tape = self.tape
+        tape, plan = self.tape, self.plan
         code = tape.op[node]
-        if code == _MAP:
+        if code is _MAP:
             self._map(node)
-        elif node in self.members:
+        elif node in plan.members:
             self._sine_and_cosine(node)
         else:
-            operands, total = self._take(self._operands(node))
-            expression = (_NAMES[code], *operands)
-            if self.uses[node] > 1 or self.last_part[node] > self.part_of[node]:
+            taken, total = self._take(operands(tape, node))
+            expression = (_NAMES[code], *taken)
+            if plan.uses[node] > 1 or plan.last_part[node] > plan.part_of[node]:
                 self.locals += 1
                 self._emit("let", self.locals, expression)
                 self.expressions[node] = self.locals
                 self._store(node)
-            elif node in self.stores:
-                number, component, sign = self.stores[node][0]
+            elif node in plan.stores:
+                number, component, sign = plan.stores[node][0]
                 self.open.outputs.add(number)
                 self._emit("out", number, component, expression if sign > 0 else ("neg", expression))
             else:
@@ -206,8 +153,8 @@ class _Scheduler:
 
     def _sine_and_cosine(self, node: int) -> None:
         tape = self.tape
-        (other,) = self.members[node]
-        sine, cosine = (node, other) if tape.op[node] == _SIN else (other, node)
+        (other,) = self.plan.members[node]
+        sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
         (argument,), _ = self._take((tape.a[sine],))
         self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
         self.locals += 2
@@ -216,74 +163,100 @@ class _Scheduler:
         self._store(cosine)
 
     def _map(self, node: int) -> None:
+        """Run a loop: gather into the workspace, call, and leave the results where they are."""
         tape = self.tape
-        number = tape.a[node]
-        gathered = tape.operands(node)
-        for ref in gathered:
-            if abs(ref) in self.waiting:
-                self._write(abs(ref))
-        results = []
-        for result in sorted([node, *self.members.get(node, ())]):
-            self.locals += 1
-            self.expressions[result] = self.locals
-            results.append((tape.b[result], self.locals))
-        if number not in self.maps:
-            self.maps.append(number)
-        self._emit("map", number, tuple(self._leaf(ref) for ref in gathered), tuple(results))
-        for result in sorted([node, *self.members.get(node, ())]):
-            self._store(result)
+        loop = cast("Map", tape.maps[tape.a[node]])
+        first = self.slots
+        results = first + len(loop.gathered)
+        self.slots = results + loop.size
+        self.open.workspace = True
+        self._gather(loop.gathered, first)
+        self._emit("loop", self.loop_numbers.setdefault(tape.a[node], len(self.loop_numbers)), first, results)
+        members = self.plan.group(node)
+        for result in members:
+            self.expressions[result] = ("w", results + tape.b[result])
+        self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
 
-    def _leaves_out(self) -> None:
+    def _gather(self, refs: Sequence[Ref], slot: int) -> None:
+        """Copy values to consecutive slots, inputs and workspace by runs."""
+        sources: dict[str, list[tuple[int, int]]] = {}
+        for position, ref in enumerate(refs, slot):
+            node = abs(ref)
+            expression = self._leaf(ref)
+            if node in self.waiting:
+                del self.waiting[node]
+            if isinstance(expression, tuple) and expression[0] == "in" and expression[1] not in ("p", "t", "base"):
+                sources.setdefault(expression[1], []).append((position, expression[2]))
+            elif isinstance(expression, tuple) and expression[0] == "w":
+                sources.setdefault("w", []).append((position, expression[1]))
+            else:
+                self._emit("save", position, expression)
+        for block, places in sources.items():
+            for to, start, to_step, step, length in runs(places):
+                if length == 1:
+                    self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
+                else:
+                    self._emit("gather", to, to_step, block, start, step, length)
+
+    def _spread(self, members: Sequence[int], head: int, width: int) -> None:
+        """Store results that are outputs, by runs over the elements."""
+        groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
+        for node in members:
+            result = self.tape.b[node]
+            column = -1 - result if result < head else (result - head) % width
+            for number, component, sign in self.plan.stores.get(node, ()):
+                expression = self.expressions[node]
+                if isinstance(expression, tuple):
+                    groups.setdefault((number, sign, column), []).append((component, expression[1]))
+        for (number, sign, _), places in groups.items():
+            self.open.outputs.add(number)
+            for to, start, to_step, step, length in runs(places):
+                if length == 1:
+                    self._emit("out", number, to, ("w", start) if sign > 0 else ("neg", ("w", start)))
+                else:
+                    self._emit("spread", number, to, to_step, start, step, length, sign)
+
+    def _leaves_out(self, may_fill: bool) -> None:
         """Store outputs that are constants or inputs, before everything else."""
         for number, refs in enumerate(self.outputs):
             zeros = sum(ref == ZERO for ref in refs)
-            fill = zeros >= FILL_FROM and 2 * zeros > len(refs)
+            fill = may_fill and zeros >= FILL_FROM and 2 * zeros > len(refs)
             if fill:
                 self.open.outputs.add(number)
                 self._emit("fill", number, len(refs))
             for component, ref in enumerate(refs):
-                if abs(ref) not in self.uses and not (fill and ref == ZERO):
+                if abs(ref) not in self.plan.uses and not (fill and ref == ZERO):
                     self.open.outputs.add(number)
                     self._emit("out", number, component, self._leaf(ref))
 
-    def run(self) -> Schedule:
+    def run(self, may_fill: bool) -> Schedule:
+        plan = self.plan
         parts: list[Part] = []
         free: list[int] = []
-        slots = 0
         slot_of: dict[int, int] = {}
-        for number in range(self.part_count):
+        for number in range(plan.parts):
             self.open = _Open()
             if number == 0:
-                self._leaves_out()
-            members = self.order[number * self.length : (number + 1) * self.length]
-            for node in members:
+                self._leaves_out(may_fill)
+            for node in plan.part(number):
                 while node >= self.next_label[0]:
                     self.label = self.next_label[1]
                     self.next_label = next(self.labels)
                 self._node(node)
-            for node in [node for node in slot_of if self.last_part[node] <= number]:
+            for node in [node for node in slot_of if plan.last_part[node] <= number]:
                 free.append(slot_of.pop(node))
-            crossing = [
-                each for node in members for each in sorted([node, *self.members.get(node, ())]) if self.last_part[each] > number
-            ]
-            for node in crossing:
+            for node in plan.crossing(number):
                 if not free:
-                    free.append(slots)
-                    slots += 1
+                    free.append(self.slots)
+                    self.slots += 1
                 slot_of[node] = free.pop()
                 self._emit("save", slot_of[node], self.expressions[node])
                 self.expressions[node] = ("w", slot_of[node])
                 self.open.workspace = True
-            parts.append(
-                Part(
-                    tuple(self.open.statements),
-                    tuple(block for block in self.input_order if block in self.open.inputs),
-                    tuple(sorted(self.open.outputs)),
-                    self.open.workspace,
-                    len(members),
-                )
-            )
-        return Schedule(tuple(parts), slots, len(self.live), tuple(self.maps))
+            inputs = tuple(block for block in self.input_order if block in self.open.inputs)
+            outputs = tuple(sorted(self.open.outputs))
+            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, len(plan.part(number))))
+        return Schedule(tuple(parts), self.slots, len(plan.live))
 
 
 def schedule(
@@ -292,6 +265,9 @@ def schedule(
     input_order: Sequence[str],
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
+    loop_numbers: dict[int, int] | None = None,
+    *,
+    fill: bool = True,
 ) -> Schedule:
     """Order the operations that the outputs need.
 
@@ -299,5 +275,8 @@ def schedule(
     ----------
     outputs : for each output array, its references row by row.
     input_order : the order in which parts name the input blocks they read.
+    loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
+    fill : whether many structural zeros may become a loop.
     """
-    return _Scheduler(tape, outputs, input_order, part_limit, nest_limit).run()
+    plan = Plan(tape, outputs, part_limit)
+    return _Scheduler(plan, outputs, input_order, nest_limit, {} if loop_numbers is None else loop_numbers).run(fill)

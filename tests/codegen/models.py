@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system import BASE_LAYOUT, Block, Facts, Factor, Function, Quantity, System
+from eomgen.system import BASE_LAYOUT, Block, Factor, Facts, Function, Quantity, System
 
 
 def make_system(name: str, tape: Tape, functions: Sequence[Function], **changes: object) -> System:
