@@ -39,7 +39,8 @@ _HOMES = {
     "System": "eomgen.system",
     **dict.fromkeys(
         (
-            "DescriptionError", "EomgenError", "FileError", "ModelError", "NumericalError", "Problem", "ToolchainError", "UsageError",
+            "DescriptionError", "EomgenError", "FileError", "ModelError",
+            "NumericalError", "Problem", "ToolchainError", "UsageError",
         ),
         "eomgen.errors",
     ),

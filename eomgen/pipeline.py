@@ -106,26 +106,19 @@ def build(
     ------
     DescriptionError, ModelError, ToolchainError, FileError
     """
+    from eomgen.runtime.methods import canonical_name, terms_of  # noqa: PLC0415
     from eomgen.runtime.model import Model  # noqa: PLC0415
 
     scene = as_scene(scene)
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
-    library = _library(scene, terms, method or scene.simulation.method, profile, real)
-    return Model(scene, library, lambda other: _library(scene, _stepper_terms(other), other, profile, real))
+    library = _library(scene, terms, canonical_name(method or scene.simulation.method), profile, real)
+    return Model(scene, library, lambda other: _library(scene, terms_of(other), other, profile, real))
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:
     """Return a scene as it is, or read it from a path."""
     return scene if isinstance(scene, Scene) else load(scene)
-
-
-def _stepper_terms(method: str) -> tuple[str, ...]:
-    """Return what the stepper of a method calls."""
-    from eomgen.runtime.methods import method_named  # noqa: PLC0415
-
-    implicit = method_named(method).family == "generalized_alpha"
-    return ("forward_dynamics", "residual", "partials") if implicit else ("forward_dynamics",)
 
 
 def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
@@ -139,7 +132,7 @@ def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> t
     try:
         data, refusal = method_data(chosen, system, scene.simulation.step), ""
     except ModelError as error:
-        data, refusal = {}, "; ".join(str(problem) for problem in error.problems)
+        data, refusal = {}, "; ".join(problem.what for problem in error.problems)
     return to_program(system, data), refusal
 
 
@@ -158,8 +151,10 @@ def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: st
     program, refusal = _program(scene, terms, method)
     files = generate_files(program)
     layout: dict[str, Any] = {
-        **interface_layout(program), "stepper_refused": refusal, "built_method": method, "restricted": terms is not None or bool(scene.terms),
-    }  # fmt: skip
+        **interface_layout(program),
+        "stepper_refused": refusal,
+        "built_method": method,
+    }
     return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
 
 
@@ -169,7 +164,12 @@ def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
 
     if not scene.content:
         raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
-    options = {"terms": list(terms) if terms is not None else None, "method": method, "version": eomgen.__version__, "code": _code_stamp()}
+    options = {
+        "terms": list(terms) if terms is not None else None,
+        "method": method,
+        "version": eomgen.__version__,
+        "code": _code_stamp(),
+    }
     return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()
 
 

@@ -59,9 +59,8 @@ def check_quaternions(name: str, q: Array, factors: Sequence[FactorLike], tolera
         if np.any(wrong):
             found = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            raise UsageError(
-                Problem(where, f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1", "it divided by its length")
-            )
+            what = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
+            raise UsageError(Problem(where, what, "it divided by its length"))
 
 
 def check_name(what: str, name: object, known: Sequence[str]) -> None:

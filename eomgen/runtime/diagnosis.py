@@ -23,10 +23,8 @@ _ORDER = (
 )  # fmt: skip
 
 
-def first_non_finite(
-    model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals
-) -> str:
-    """Return the first block that is not finite at the last good state or where the next step would lead; empty if there is none."""
+def first_non_finite(model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals) -> str:
+    """Return the first block that is not finite, at the last good state or where the next step would lead; empty if none is."""
     a = np.where(np.isfinite(a), a, 0.0)
     with np.errstate(all="ignore"):
         ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step**2 * a), v + step * a)

@@ -38,7 +38,8 @@ def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error}", "a .npz file of Solution.save")) from None
+        what = f"this is not a solution written by eomgen: {error}"
+        raise FileError(Problem(str(path), what, "a .npz file of Solution.save")) from None
     return arrays, metadata
 
 

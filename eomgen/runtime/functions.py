@@ -3,28 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 
 Array = NDArray[np.float64]
-
-#: The entry of the layout's sizes that says how many components an input block has.
-_SIZE_OF = {"p": "p", "t": "", "q": "q", "v": "v", "a": "v", "z": "z", "lam": "lam", "u": "u", "base": "base"}
-
-
-class LibraryLike(Protocol):
-    """A compiled model behind the generic interface (``build.library.Library`` is one)."""
-
-    ffi: Any
-    lib: Any
-    layout: Mapping[str, Any]
-    index: Mapping[str, int]
-
-    def call(self, function: int | str, inputs: Any, outputs: Any) -> None: ...
 
 
 class Functions:
@@ -32,13 +18,19 @@ class Functions:
 
     Parameters
     ----------
-    library : LibraryLike
+    library : Library
     """
 
-    def __init__(self, library: LibraryLike) -> None:
+    def __init__(self, library: Library) -> None:
         self.library = library
         self.sizes: dict[str, int] = dict(library.layout["sizes"])
         self._layouts = {function["name"]: function for function in library.layout["functions"]}
+        self._numbers = {name: number for number, name in enumerate(self._layouts)}
+        self._shapes = {
+            name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
+        }
+        ffi = library.ffi
+        self._types = (ffi, *(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]")))
 
     def __contains__(self, name: str) -> bool:
         return name in self._layouts
@@ -51,18 +43,10 @@ class Functions:
         """Return the input blocks of a function. Raises UsageError when the model was built without it."""
         if name not in self._layouts:
             there = ", ".join(name for name in self._layouts if name not in ("base", "inputs"))
-            raise UsageError(
-                Problem("", f"the term {name} is not in this model, which was built with {there}", f'terms=[..., "{name}"] in eomgen.build')
-            )
-        return list(self._layouts[name]["inputs"])
-
-    def outputs(self, name: str) -> list[Mapping[str, Any]]:
-        """Return name, shape, size and description of every output of a function."""
-        return list(self._layouts[name]["outputs"])
-
-    def size(self, block: str) -> int:
-        """Return the number of components of an input block."""
-        return self.sizes[_SIZE_OF[block]] if _SIZE_OF[block] else 1
+            what = f"the term {name} is not in this model, which was built with {there}"
+            raise UsageError(Problem("", what, f'eomgen.build(scene, terms=[..., "{name}"])'))
+        inputs: list[str] = self._layouts[name]["inputs"]
+        return inputs
 
     def __call__(self, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
         """Evaluate a function.
@@ -82,21 +66,30 @@ class Functions:
         UsageError
             Leading axes that do not broadcast.
         """
-        arrays = [blocks[block][..., np.newaxis] if block == "t" else blocks[block] for block in self.inputs(name)]
+        names = self.inputs(name)
+        arrays = [blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names]
+        if all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
+            return self._single(name, arrays)
         try:
             shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
         except ValueError:
-            shapes = ", ".join(f"{block} {blocks[block].shape}" for block in self.inputs(name))
+            shapes = ", ".join(f"{block} {blocks[block].shape}" for block in names)
             raise UsageError(Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")) from None
         count = int(np.prod(shape))
         flat = [_samples(array, shape, count) for array in arrays]
-        described = self.outputs(name)
-        results = [np.empty((count, output["size"])) for output in described]
+        results = [np.empty((count, *output)) for output in self._shapes[name]]
         if count:
             self.library.call(name, flat, results)
-        return tuple(
-            result.reshape((*shape, *output["shape"])) for result, output in zip(results, described, strict=True)
-        )
+        return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
+
+    def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
+        """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""
+        ffi, doubles, pointers, longs = self._types
+        results = tuple(np.empty(shape) for shape in self._shapes[name])
+        inputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in arrays])
+        outputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in results])
+        self.library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
+        return results
 
 
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:

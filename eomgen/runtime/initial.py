@@ -44,7 +44,8 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None) -> InitialSta
     state = InitialState(model.initial_q.copy(), model.initial_v.copy(), model.initial_z.copy())
     given = {} if initial is None else initial
     if not isinstance(given, Mapping):
-        raise UsageError(Problem("initial", f"a mapping is needed, not {type(given).__name__}", 'dict(q=..., v=...) or {"joint": position}'))
+        what = f"a mapping is needed, not {type(given).__name__}"
+        raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
     if given and all(name in _BLOCKS for name in given):
         for name, value in given.items():
             _put(getattr(state, name), slice(None), f"initial {name}", value)

@@ -12,7 +12,9 @@ from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import check_finite, check_name, numbers
 
 Array = NDArray[np.float64]
-Signal = ArrayLike | Callable[[float], float]
+Function = Callable[[float], float]
+Signal = ArrayLike | Function
+CheckedSignal = float | Array | Function
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class InputSignals:
     """
 
     names: tuple[str, ...]
-    given: Mapping[str, float | Array | Callable[[float], float]]
+    given: Mapping[str, CheckedSignal]
     formulas: Callable[[Array], Array]
     step: float
     start: float = 0.0
@@ -50,7 +52,7 @@ class InputSignals:
         return table
 
 
-def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, float | Array | Callable[[float], float]]:
+def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:
     """Check what is given for the inputs of a run of ``steps`` steps.
 
     Raises
@@ -58,7 +60,7 @@ def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], st
     UsageError
         Unknown names; arrays that do not fit the step grid; values that are not finite.
     """
-    read: dict[str, float | Array | Callable[[float], float]] = {}
+    read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
         check_name("input", name, names)
         if callable(signal):
@@ -73,23 +75,24 @@ def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], st
         else:
             raise UsageError(
                 Problem(
-                    f"input {name}", f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
+                    f"input {name}",
+                    f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
                     "a number, a function of t, or a table of that length",
                 )
             )  # fmt: skip
     return read
 
 
-def _called(name: str, signal: Callable[[float], float], times: Array) -> Array:
+def _called(name: str, signal: Function, times: Array) -> Array:
     values = np.empty(len(times))
     for index, t in enumerate(times):
         try:
             values[index] = signal(float(t))
         except Exception as error:
-            raise UsageError(Problem(f"input {name}", f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}")) from error
+            what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            raise UsageError(Problem(f"input {name}", what)) from error
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
-        raise UsageError(
-            Problem(f"input {name}", f"the function gives {values[index]} at t = {times[index]:.9g} s", "finite numbers over the whole run")
-        )
+        what = f"the function gives {values[index]} at t = {times[index]:.9g} s"
+        raise UsageError(Problem(f"input {name}", what, "finite numbers over the whole run"))
     return values

@@ -31,3 +31,10 @@ def method_named(name: str, rho_inf: float = 0.8) -> Method:
     if canonical_name(name) == "rk4":
         return RUNGE_KUTTA_MUNTHE_KAAS_4
     return GeneralizedAlpha(rho_inf=rho_inf)
+
+
+def terms_of(name: str) -> tuple[str, ...]:
+    """Return the functions that the stepper of a method calls."""
+    if canonical_name(name) == "rk4":
+        return ("forward_dynamics",)
+    return ("forward_dynamics", "residual", "partials")

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import by_name, check_finite, check_name, check_quaternions, components, numbers
 from eomgen.runtime.configuration import configuration_rate, rotated, with_unit_quaternions
 from eomgen.runtime.coordinates import Factor, coordinate_names, coordinate_units
-from eomgen.runtime.functions import Functions, LibraryLike
+from eomgen.runtime.functions import Functions
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, ArrayLike] | ArrayLike | None
+Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 
 #: What the function ``energy`` gives, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
@@ -44,13 +46,13 @@ class Model:
     Parameters
     ----------
     scene : Scene
-    library : LibraryLike
+    library : Library
         Functions, and the stepper of the default method.
     stepper : callable
         Gives the library with the stepper of a method.
     """
 
-    def __init__(self, scene: Scene, library: LibraryLike, stepper: Callable[[str], LibraryLike]) -> None:
+    def __init__(self, scene: Scene, library: Library, stepper: Callable[[str], Library]) -> None:
         layout = library.layout
         self.scene = scene
         self.library = library
@@ -115,7 +117,7 @@ class Model:
         return self._one("coupling", q=q, v=v, parameters=parameters)
 
     def force(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
@@ -132,21 +134,21 @@ class Model:
         return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
 
     def inverse_dynamics(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
         return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
 
     def forward_dynamics(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv)."""
         return self._one("forward_dynamics", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
 
     def partials(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *,
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Return K, C, M, each (..., nv, nv): exact partials of inverse dynamics in q (left-trivialised), v and a."""
@@ -185,7 +187,7 @@ class Model:
 
     def energy(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return inertial energies and powers, each (...).
 
@@ -198,7 +200,7 @@ class Model:
 
     def outputs(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
@@ -232,7 +234,7 @@ class Model:
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
-    def rhs(self, t: ArrayLike, y: ArrayLike, u: ArrayLike | Mapping[str, ArrayLike] | None = None, *, parameters: Parameters = None) -> Array:
+    def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
         """Return dy/dt for y = [q, v], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
         Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they have.
@@ -264,17 +266,18 @@ class Model:
 
     def _call(self, term: str, **given: Any) -> tuple[Array, ...]:
         blocks = set(self.functions.inputs(term))
+        missing_a = "a" in blocks and given["a"] is None
+        if missing_a:
+            blocks |= set(self.functions.inputs("forward_dynamics"))
         values: dict[str, Array] = {"q": self._q(given["q"]), "p": self.parameter_array(given["parameters"])}
         for block in ("v", "a"):
             if given.get(block) is not None:
                 values[block] = components(block, given[block], self.nv)
         values["t"] = numbers("t", given.get("t", 0.0))
         self._add_base(values, given.get("base"), blocks)
-        if "u" in given:
+        if "u" in blocks or given.get("u") is not None:
             values["u"] = self._u(given["u"], values)
-        if "a" in blocks and "a" not in values:
-            needed = set(self.functions.inputs("forward_dynamics"))
-            self._add_base(values, given.get("base"), needed)
+        if missing_a:
             values["a"] = self.functions("forward_dynamics", values)[0]
         return self.functions(term, values)
 
@@ -286,7 +289,7 @@ class Model:
         check_quaternions("q", array, self.factors)
         return array
 
-    def _u(self, u: ArrayLike | Mapping[str, ArrayLike] | None, values: Mapping[str, Array]) -> Array:
+    def _u(self, u: Inputs, values: Mapping[str, Array]) -> Array:
         if u is not None and not isinstance(u, Mapping):
             return components("u", u, self.nu)
         from_formulas = (
@@ -295,17 +298,14 @@ class Model:
         return from_formulas if u is None else by_name("input", u, self.inputs, from_formulas)
 
     def _add_base(self, values: dict[str, Array], base: ArrayLike | None, blocks: set[str]) -> None:
-        if base is not None and not self.library.layout["facts"]["moving_base"]:
-            self._no_base(base)
-        if "base" not in blocks or "base" in values:
-            return
         if base is not None:
+            self._no_base(base)
             values["base"] = components("base", base, self.functions.sizes["base"])
-        else:
+        elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
 
     def _no_base(self, base: ArrayLike | None) -> None:
-        if base is not None:
+        if base is not None and not self.library.layout["facts"]["moving_base"]:
             raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
 
     def _body(self, body: str) -> int:

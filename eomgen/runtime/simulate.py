@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.errors import Problem, UsageError
+from eomgen.build.library import Library
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.specification import default_settings
-from eomgen.runtime.arguments import check_finite
 from eomgen.runtime.diagnosis import advice, first_non_finite
-from eomgen.runtime.functions import LibraryLike
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
-from eomgen.runtime.methods import canonical_name
+from eomgen.runtime.methods import canonical_name, terms_of
 from eomgen.runtime.model import Model, Parameters
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
@@ -84,15 +83,15 @@ def simulate(
     every = _count("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.parameter_array(parameters)
     if p.ndim != 1:
-        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}", "one run for each"))
+        what = f"one set of parameters is needed, not a batch of shape {p.shape}"
+        raise UsageError(Problem("parameters", what, "one run for each"))
     state = initial_state(model, initial)
     name = canonical_name(method or defaults["method"])
     library = _stepper_library(model, name)
     chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, settings or {})
     _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
-    signals = InputSignals(
-        model.inputs, read_signals(inputs, model.inputs, steps), lambda times: model.input_values(times, parameters=p), step, start
-    )
+    given = read_signals(inputs, model.inputs, steps)
+    signals = InputSignals(model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start)
     driven = signals.rows if signals.given or (model.nu and "inputs" not in model.functions) else None
 
     began = time.perf_counter()
@@ -168,17 +167,17 @@ def _settings(method: Mapping[str, Any], step: float, rho_inf: float, extra: Map
     return values
 
 
-def _stepper_library(model: Model, name: str) -> LibraryLike:
+def _stepper_library(model: Model, name: str) -> Library:
     """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
-    layout = model.library.layout
-    built = canonical_name(layout["built_method"])
-    if name == built and layout["method"]:
-        return model.library
-    if name == built or layout["restricted"]:
-        refusal = layout["stepper_refused"] or f"this model was built with chosen terms and the stepper of {built}"
-        hint = f'eomgen.build(scene, method="{name}") without terms'
-        raise UsageError(Problem("simulate", f"{name} cannot run: {refusal}", hint))
-    return model.stepper(name)
+    missing = [term for term in terms_of(name) if term not in model.functions]
+    if missing:
+        what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
+        raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+    own = name == canonical_name(model.library.layout["built_method"])
+    library = model.library if own else model.stepper(name)
+    if not library.layout["method"]:
+        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}")
+    return library
 
 
 def _check_memory(rows: int, width: int) -> None:
@@ -206,8 +205,8 @@ def _message(model: Model, stepper: Stepper, run: Trajectory, p: Array, signals:
 
 def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array]:
     ends = np.cumsum([1, model.nq, model.nv])
-    t, q, v, a = np.split(rows, ends, axis=1)
-    return np.ascontiguousarray(t[:, 0]), *(np.ascontiguousarray(part) for part in (q, v, a))
+    t, q, v, a = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
+    return t[:, 0], q, v, a
 
 
 def _evaluate(

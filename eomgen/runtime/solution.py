@@ -66,7 +66,8 @@ class Solution:
             columns = self.columns()
             write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
         else:
-            raise UsageError(Problem(str(path), f"a solution cannot be saved as {path.suffix or 'a file without a suffix'}", ".npz or .csv"))
+            kind = path.suffix or "a file without a suffix"
+            raise UsageError(Problem(str(path), f"a solution cannot be saved as {kind}", ".npz or .csv"))
         return path
 
     @classmethod
@@ -89,13 +90,13 @@ class Solution:
                 plain[name] = array
         try:
             outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
-            states = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
+            states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
         except KeyError as error:
             raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
         return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata)
 
     def columns(self) -> dict[str, Array]:
-        """Return everything as named columns (nt,): ``t``, ``q.hinge``, ``v.ball[2]``, ``a...``, ``output.tip[0]``, ``energy.total``."""
+        """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""
         names: Mapping[str, list[str]] = self.metadata.get("names", {})
         columns = {"t": self.t}
         for letter, array in (("q", self.q), ("v", self.v), ("a", self.a), ("z", self.z), ("multipliers", self.multipliers)):

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.build.library import Library
 from eomgen.errors import UsageError
 from eomgen.integrators.specification import STEPPER_SIZES, state_layout
-from eomgen.runtime.functions import LibraryLike
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -32,14 +32,14 @@ class Stepper:
 
     Parameters
     ----------
-    library : LibraryLike
+    library : Library
         Built with a method.
     settings : mapping from name to number
         In the order of ``integrators.specification.default_settings``.
     parameters : (np,) array
     """
 
-    def __init__(self, library: LibraryLike, settings: Mapping[str, float], parameters: Array) -> None:
+    def __init__(self, library: Library, settings: Mapping[str, float], parameters: Array) -> None:
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi
         self.sizes = {name: int(self._lib.eomgen_stepper_size(index)) for index, name in enumerate(STEPPER_SIZES)}
@@ -86,8 +86,9 @@ class Stepper:
         """Take up to ``steps`` steps and fill rows of ``record``. Returns the status and the number of rows."""
         recorded = self._ffi.new("long *", 0)
         status = self._lib.eomgen_run(
-            self._pointer(self.parameters), self._pointer(self.settings), self._pointer(self.state), self._pointer(self.workspace),
-            steps, record_every, self._pointer(u_table), self._pointer(record), recorded,
+            self._pointer(self.parameters), self._pointer(self.settings),
+            self._pointer(self.state), self._pointer(self.workspace), steps, record_every,
+            self._pointer(u_table), self._pointer(record), recorded,
         )  # fmt: skip
         return int(status), int(recorded[0])
 
@@ -148,7 +149,10 @@ def run_chunks(
             if inputs is not None:
                 try:
                     table = np.ascontiguousarray(inputs(stepper.times_of(done, size, start)))
-                except UsageError as error:
+                except UsageError as error:  # go on to the last step before the one at which the input fails
+                    if size > 1:
+                        chunk = size // 2
+                        continue
                     failure = error
                     break
             record = np.empty((size // record_every + 1, width))
@@ -177,7 +181,7 @@ def _interrupts() -> Iterator[threading.Event]:
     if threading.current_thread() is not threading.main_thread():
         yield event
         return
-    previous = signal.getsignal(signal.SIGINT)
+    previous = signal.getsignal(signal.SIGINT) or signal.default_int_handler
 
     def hear(number: int, frame: FrameType | None) -> None:
         event.set()
