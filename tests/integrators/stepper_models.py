@@ -7,15 +7,16 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
-from eomgen.codegen.program import OutputArray, Program, ProgramFunction
 from eomgen.codegen.render import environment
 from eomgen.integrators.methods import Method
-from eomgen.integrators.specification import STEPPER_SIZES, default_settings, method_data, state_layout
+from eomgen.integrators.specification import STEPPER_CDEF, STEPPER_SIZES, default_settings, method_data, state_layout
 from eomgen.integrators.stepper import Equations
-from eomgen.system import BASE_LAYOUT, Facts, Factor
+from eomgen.system import Factor, Facts
 
 
 def skew(x):
@@ -237,6 +238,65 @@ def tied_body(u=formula_inputs) -> Model:
     return Model("tied", factors, functions, _TIED_C, Equations(factors, forward_dynamics, residual, _tied_partials), q, v, 2)
 
 
+# -- a particle on any product of groups: vdot = 0 --------------------------------------------------------------------------
+
+
+def free_motion(groups: Sequence[str]) -> Model:
+    """Return r = vdot on a product of groups; with constant v the motion is q o exp(t v), exactly."""
+    sizes = {"R": (1, 1), "SO3": (4, 3), "SE3": (7, 6), "R3xSO3": (7, 6)}
+    factors, q_start, v_start = [], 0, 0
+    for number, group in enumerate(groups):
+        q_size, v_size = sizes[group]
+        factors.append(Factor(group, f"factor {number}", q_start, q_size, v_start, v_size))
+        q_start, v_start = q_start + q_size, v_start + v_size
+    text = f"""
+void free_residual(const real *a, real *r) {{ memcpy(r, a, {v_start} * sizeof *r); }}
+void free_partials(real *dq, real *dv, real *M)
+{{
+    int i;
+    for (i = 0; i < {v_start**2}; ++i) {{ dq[i] = dv[i] = K(0.0); M[i] = K(i % {v_start + 1} == 0 ? 1.0 : 0.0); }}
+}}
+void free_forward_dynamics(real *vdot) {{ int i; for (i = 0; i < {v_start}; ++i) vdot[i] = K(0.0); }}
+"""
+    functions = {"residual": (("a",), ("r",)), "partials": ((), ("K", "C", "M")), "forward_dynamics": ((), ("vdot",))}
+    q = np.concatenate([[1.0, *np.zeros(size - 1)] if size > 1 else [0.0] for size in (factor.q_size for factor in factors)])
+    equations = Equations(factors, lambda t, q, v: np.zeros_like(v))
+    return Model("free", factors, functions, text, equations, q, np.zeros(v_start))
+
+
+# -- one coordinate that can be made to misbehave ------------------------------------------------------------------------
+
+_EDGE_C = """
+void edge_residual(const edge_parameters *p, real t, const real *q, const real *a, real *r)
+{
+    r[0] = p->p_mass * a[0] + K(400.0) * EG_SIN(q[0]) + K(0.0) * EG_SQRT(p->p_last_time - t);
+}
+void edge_partials(const edge_parameters *p, const real *q, real *dq, real *M)
+{
+    dq[0] = p->p_stiffness * EG_COS(q[0]);
+    M[0] = p->p_mass;
+}
+"""
+
+
+def edge() -> Model:
+    """Return a pendulum, m vdot + 400 sin q = 0, whose residual is not a number after ``p_last_time``.
+
+    ``p_stiffness`` is 400 for the right derivative; its C lacks the velocity derivative, which is zero.
+    """
+    functions = {"residual": (("p", "t", "q", "a"), ("r",)), "partials": (("p", "q"), ("K", "M"))}
+    equations = Equations(
+        [Factor("R", "angle", 0, 1, 0, 1)],
+        lambda t, q, v: -400.0 * np.sin(q),
+        lambda t, q, v, a: a + 400.0 * np.sin(q),
+        lambda t, q, v, a: (400.0 * np.cos(q)[:, None], np.zeros((1, 1)), np.eye(1)),
+    )
+    return Model("edge", equations.factors, functions, _EDGE_C, equations, np.array([1.0]), np.array([0.0]))
+
+
+EDGE_PARAMETERS = {"p_mass": 1.0, "p_last_time": 1e9, "p_stiffness": 400.0}
+
+
 # -- from a model to a running stepper ---------------------------------------------------------------------------------
 
 
@@ -251,7 +311,7 @@ class Outcome:
 class Stepper:
     """A compiled stepper behind the flat interface."""
 
-    def __init__(self, library: ctypes.CDLL, program: Program, parameters: Sequence[float]) -> None:
+    def __init__(self, library: ctypes.CDLL, program: StepperContext, parameters: Sequence[float]) -> None:
         self.library, self.program = library, program
         library.eomgen_stepper_size.restype = ctypes.c_long
         library.eomgen_status_text.restype = ctypes.c_char_p
@@ -276,9 +336,9 @@ class Stepper:
         record = np.zeros((steps // every + 1, self.sizes["row"]))
         recorded = ctypes.c_long(-1)
         status = self.library.eomgen_run(
-            _pointer(self.parameters), _pointer(self._settings()), _pointer(self.state), _pointer(self.workspace), ctypes.c_long(steps),
-            ctypes.c_long(every), _pointer(table), _pointer(record), ctypes.byref(recorded),
-        )  # fmt: skip
+            *(_pointer(array) for array in (self.parameters, self._settings(), self.state, self.workspace)),
+            *(ctypes.c_long(steps), ctypes.c_long(every), _pointer(table), _pointer(record), ctypes.byref(recorded)),
+        )
         return self._outcome(status, record[: recorded.value])
 
     def _settings(self) -> np.ndarray:
@@ -293,31 +353,48 @@ def _pointer(array):
     return None if array is None else np.ascontiguousarray(array).ctypes.data_as(ctypes.c_void_p)
 
 
-def program_of(model: Model, method: Method, parameters: Sequence[str] = (), **changes) -> Program:
-    """Return a Program whose functions have no statements: their C is written by hand."""
+@dataclass(frozen=True)
+class Function:
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[SimpleNamespace, ...]
+
+
+@dataclass(frozen=True)
+class StepperContext:
+    """All that the steppers' templates read of a Program."""
+
+    prefix: str
+    sizes: dict[str, int]
+    functions: tuple[Function, ...]
+    parameters: tuple[SimpleNamespace, ...]
+    method: dict[str, Any]
+    has_base: bool
+    version: str = "test"
+
+    def function(self, name: str) -> Function:
+        return next(function for function in self.functions if function.name == name)
+
+    @property
+    def function_names(self) -> tuple[str, ...]:
+        return tuple(function.name for function in self.functions)
+
+
+def context_of(model: Model, method: Method, parameters: Sequence[str]) -> StepperContext:
+    """Return what a Program would say of a model; its functions have no statements, because their C is written by hand."""
     functions = tuple(
-        ProgramFunction(name, name, inputs, tuple(OutputArray(o, o, (), 1, "") for o in outputs), (), 0, 0, {})
+        Function(name, inputs, tuple(SimpleNamespace(name=output) for output in outputs))
         for name, (inputs, outputs) in model.functions.items()
     )
-
-    @dataclass
-    class Named:
-        member: str
-
-    data = {
-        "prefix": model.name, "description": "", "factors": (), "inputs": (), "outputs": (), "bodies": (), "multipliers": (),
-        "sizes": {"q": len(model.q), "v": len(model.v), "u": model.inputs}, "parameters": tuple(Named(p) for p in parameters),
-        "base_fields": BASE_LAYOUT, "functions": functions, "maps": (), "initial_q": (), "initial_v": (), "initial_z": (),
-        "dof_parent": (), "discontinuity_times": (), "modes": (), "facts": {}, "defaults": {}, "kept": (), "dropped": (),
-        "notes": (), "version": "test", "method": method_data(method, model),
-    }  # fmt: skip
-    return Program(**{**data, **changes})
+    sizes = {"q": len(model.q), "v": len(model.v), "u": model.inputs}
+    members = tuple(SimpleNamespace(member=name) for name in parameters)
+    return StepperContext(model.name, sizes, functions, members, method_data(method, model), "base" in model.functions)
 
 
 _TYPES = {"p": "const {0}_parameters *p", "t": "real t"}
 
 
-def sources(model: Model, program: Program, parameters: Sequence[str] = ()) -> dict[str, str]:
+def sources(model: Model, program: StepperContext, parameters: Sequence[str] = ()) -> dict[str, str]:
     """Return header, model, stepper and interface as C texts."""
     P, N = program.prefix, program.prefix.upper()
     members = "".join(f"real {name}; " for name in parameters) or "char none;"
@@ -339,28 +416,36 @@ void {P}_initial_state(real *q, real *v, real *z);
 #endif
 """
     initial = f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] = K(0.0);\n}}\n"
-    from eomgen.integrators.specification import STEPPER_CDEF
-
     return {
         f"{P}.h": header,
         f"{P}.c": f'#include "{P}.h"\n{initial}{model.c_text}',
         f"{P}_step.c": render(f"{program.method['family']}.c"),
-        "interface.c": f'#include <stddef.h>\n#include <string.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("interface_fragment.c"),
+        "interface.c": f'#include <stddef.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("interface_fragment.c"),
         "eomgen_real.h": environment().get_template("c/eomgen_real.h.jinja").render(),
     }
 
 
-def build(folder: Path, model: Model, method: Method, parameters: dict[str, float] | None = None, flags: Sequence[str] = ()) -> Stepper:
+_FLAGS = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]
+
+
+def build(
+    folder: Path,
+    model: Model,
+    method: Method,
+    parameters: dict[str, float] | None = None,
+    flags: Sequence[str] = (),
+    extra: str = "",
+) -> Stepper:
     """Render, compile under the strictest warnings, and open."""
     named = parameters or {}
-    program = program_of(model, method, list(named))
+    program = context_of(model, method, list(named))
     folder.mkdir(parents=True, exist_ok=True)
     texts = sources(model, program, list(named))
+    texts[f"{model.name}_step.c"] += extra
     for name, text in texts.items():
         (folder / name).write_text(text)
     library = folder / "model.so"
-    command = ["gcc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-shared", "-fPIC", *flags]
-    command += [str(folder / name) for name in texts if name.endswith(".c")] + ["-o", str(library), "-lm"]
+    command = ["gcc", *_FLAGS, *flags, *(str(folder / name) for name in texts if name.endswith(".c")), "-o", str(library), "-lm"]
     finished = subprocess.run(command, capture_output=True, text=True, check=False)
     assert finished.returncode == 0, finished.stderr[:4000]
     return Stepper(ctypes.CDLL(str(library)), program, list(named.values()))

@@ -1,0 +1,278 @@
+"""The generated C steppers against the NumPy ones, published numbers and closed forms."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+import pytest
+
+from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
+from eomgen.integrators.specification import default_settings
+from eomgen.integrators.stepper import integrate
+from eomgen.lie import numeric, product
+from eomgen.lie.groups import SE3, SO3
+from tests.integrators.stepper_models import (
+    EDGE_PARAMETERS,
+    build,
+    edge,
+    formula_inputs,
+    free_motion,
+    heavy_top,
+    rotation,
+    tied_body,
+)
+
+ALPHA, RKMK = GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4
+METHODS = pytest.mark.parametrize("method", [ALPHA, RKMK], ids=["alpha", "rkmk"])
+TIED = {"p_damping": 0.3}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Compile each combination once per module."""
+    known = {}
+
+    def get(model, method, parameters=None, flags=()):
+        key = (model.name, len(model.v), method.family, *flags)
+        if key not in known:
+            known[key] = build(tmp_path_factory.mktemp(model.name), model, method, parameters, flags)
+        stepper = known[key]
+        stepper.workspace[:] = 0.0
+        stepper.settings = default_settings(stepper.program.method)
+        stepper.parameters[: len(parameters or {})] = list((parameters or {}).values())
+        return stepper
+
+    return get
+
+
+def rows_of(path):
+    return np.hstack([path.t[1:, None], path.q[1:], path.v[1:], path.vdot[1:]])
+
+
+@METHODS
+@pytest.mark.parametrize("make", [heavy_top, tied_body])
+def test_c_gives_what_numpy_gives(built, method, make):
+    model = make()
+    stepper = built(model, method, TIED if make is tied_body else None)
+    assert stepper.initialize(model.q, model.v, step=2.0**-10).status == 0
+    outcome = stepper.run(100)
+    expected = rows_of(integrate(model.equations, method, model.q, model.v, 2.0**-10, 100))
+    assert (outcome.status, outcome.text, len(outcome.rows)) == (0, "ok", 100)
+    scale = np.maximum(1.0, np.abs(expected).max(axis=0))
+    assert np.abs((outcome.rows - expected) / scale).max() <= 1e-12
+
+
+def test_another_spectral_radius_needs_no_new_code(built):
+    model, method = heavy_top(), GeneralizedAlpha(0.3)
+    stepper = built(model, ALPHA)
+    stepper.initialize(model.q, model.v, step=1e-3, rho_inf=0.3)
+    expected = rows_of(integrate(model.equations, method, model.q, model.v, 1e-3, 50))
+    assert stepper.run(50).rows == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+#: Centre of mass of the fast heavy top at t = 1 s: DOP853 at 1e-13, held against two independent codes.
+TOP_AT_1 = np.array([0.173343964098, 0.640088592070, -0.748490791134])
+
+
+@METHODS
+def test_published_state_of_the_heavy_top(built, method):
+    model, errors = heavy_top(), []
+    counts, finest = ([11, 12, 13], 1.25e-3) if method is ALPHA else ([10, 11, 12], 6e-7)
+    stepper = built(model, method)
+    for count in counts:
+        stepper.initialize(model.q, model.v, step=2.0**-count)
+        q = stepper.run(2**count, every=2**count).rows[-1, 1:5]
+        errors.append(np.linalg.norm(rotation(q)[:, 1] - TOP_AT_1))
+    assert -np.polyfit(counts, np.log2(errors), 1)[0] == pytest.approx(method.order, abs=0.1 if method.order == 2 else 0.2)
+    assert errors[-1] < finest
+
+
+def test_second_order_down_to_a_step_of_1e_5(built):
+    # what the stopping test leaves behind must stay below the error of the method
+    model = heavy_top()
+    fine = built(model, RKMK)
+    fine.initialize(model.q, model.v, step=1e-5)
+    exact = fine.run(10000, every=10000).rows[-1]
+    stepper, errors, steps = built(model, ALPHA), [], [4e-5, 2e-5, 1e-5]
+    for step in steps:
+        count = round(0.1 / step)
+        stepper.initialize(model.q, model.v, step=step)
+        end = stepper.run(count, every=count).rows[-1]
+        errors.append([np.linalg.norm((end - exact)[1:5]), np.linalg.norm((end - exact)[5:8])])
+    for slope in np.polyfit(np.log(steps), np.log(errors), 1)[0]:
+        assert slope == pytest.approx(2.0, abs=0.02)
+
+
+def test_one_factorization_serves_a_thousand_steps(built):
+    model = heavy_top()
+    stepper = built(model, ALPHA)
+    stepper.initialize(model.q, model.v, step=1e-3)
+    state = stepper.run(1000, every=1000).state
+    assert state["factorizations"] <= 5
+    assert state["newton_iterations"] <= 3200
+    assert state["steps"] == 1000
+    assert state["halvings"] == 0
+    assert state["max_residual"] < 1e-3  # of terms of size 1e4, before the last increment
+
+
+def test_poor_factors_are_renewed(built):
+    model = edge()
+    stepper = built(model, ALPHA, EDGE_PARAMETERS)
+    stepper.initialize(np.array([2.0]), model.v, step=0.05)  # step^2 K varies between 1 and -0.4, b M is 4
+    state = stepper.run(200).state
+    assert 20 < state["factorizations"] < 2 * 200
+    assert state["newton_iterations"] < 10 * 200
+    assert state["halvings"] == 0
+
+
+@METHODS
+def test_results_do_not_depend_on_how_a_run_is_cut(built, method):
+    model = heavy_top()
+    stepper = built(model, method)
+    stepper.initialize(model.q, model.v, step=1e-3)
+    whole = stepper.run(60).rows
+    stepper.initialize(model.q, model.v)
+    parts = [stepper.run(20).rows for _ in range(3)]
+    assert np.array_equal(whole, np.vstack(parts))
+
+
+@METHODS
+def test_a_checkpoint_continues_bit_by_bit(built, method):
+    model = tied_body()
+    stepper = built(model, method, TIED)
+    if method is ALPHA:
+        stepper.settings["reuse"] = 0.0
+    stepper.initialize(model.q, model.v)
+    stepper.run(30)
+    saved = stepper.state.copy()
+    ahead = stepper.run(30).rows
+    stepper.state[:], stepper.workspace[:] = saved, 0.0
+    assert np.array_equal(stepper.run(30).rows, ahead)
+
+
+@METHODS
+def test_every_second_row_is_recorded_at_multiples_of_the_step(built, method):
+    model = tied_body()
+    stepper = built(model, method, TIED)
+    stepper.initialize(model.q, model.v, t=2.0, step=0.1 / 7)
+    first, second = stepper.run(5, every=2), stepper.run(4, every=2)
+    times = np.concatenate([first.rows[:, 0], second.rows[:, 0]])
+    assert np.array_equal(times, 2.0 + 0.1 / 7 * np.array([2.0, 4.0, 6.0, 8.0]))
+    assert second.state["count"] == 9
+
+
+@METHODS
+def test_a_new_step_starts_a_new_grid(built, method):
+    model = tied_body()
+    stepper = built(model, method, TIED)
+    stepper.initialize(model.q, model.v, step=2e-3)
+    stepper.run(10)
+    outcome = stepper.run(20, step=1e-3)
+    assert outcome.rows[:, 0] == pytest.approx(0.02 + 1e-3 * np.arange(1, 21), abs=1e-15)
+    fine = rows_of(integrate(model.equations, RKMK, model.q, model.v, 1e-3, 40))
+    assert outcome.rows[-1, 1:9] == pytest.approx(fine[-1, 1:9], abs=2e-5)
+    assert outcome.state["steps"] == 30
+
+
+def table_of(inputs, method, step, steps):
+    times = np.arange(steps + 1) * step if method is ALPHA else np.arange(2 * steps + 1) * step / 2
+    return np.array([inputs(t) for t in times])
+
+
+@METHODS
+def test_a_table_of_inputs_replaces_the_formulas(built, method):
+    model = tied_body()
+    stepper = built(model, method, TIED)
+    stepper.initialize(model.q, model.v)
+    by_formula = stepper.run(50).rows
+    table = table_of(formula_inputs, method, 1e-3, 50)
+    stepper.initialize(model.q, model.v, table=table[:3].copy())
+    assert stepper.run(50, table=table).rows == pytest.approx(by_formula, rel=2e-6, abs=2e-6)
+
+    def other(t):
+        return np.array([5.0 * t, -t])
+
+    changed = tied_body(other)
+    table = table_of(other, method, 1e-3, 50)
+    stepper.initialize(model.q, model.v, table=table[:3].copy())
+    expected = rows_of(integrate(changed.equations, method, model.q, model.v, 1e-3, 50))
+    assert stepper.run(50, table=table).rows == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+
+@METHODS
+def test_inputs_without_formula_need_a_table(tmp_path, method):
+    model = tied_body()
+    del model.functions["inputs"]
+    model.c_text = model.c_text.replace("void tied_inputs", "static inline void unused_inputs")
+    stepper = build(tmp_path, model, method, TIED)
+    outcome = stepper.initialize(model.q, model.v)
+    assert (outcome.status, outcome.text) == (4, "a setting is out of its range, or an input has neither a formula nor a table")
+    assert stepper.initialize(model.q, model.v, table=np.ones((3, 2))).status == 0
+    assert stepper.run(3).status == 4
+
+
+@METHODS
+def test_quaternions_keep_their_length_and_are_not_flipped(built, method):
+    model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
+    stepper = built(model, method)
+    v = np.concatenate([[0, 0, 30.0], [5, 20.0, -3, 1, 2, 3], [1.0, 2.0], [0, 7.0, 0, 3, 2, 1], [4.0]])
+    stepper.initialize(model.q, v, step=0.01)
+    rows = stepper.run(1000).rows
+    for start in (0, 4, 13):
+        p = rows[:, 1 + start : 5 + start]
+        assert np.abs(np.linalg.norm(p, axis=1) - 1.0).max() < 1e-14
+        assert np.sum(p[1:] * p[:-1], axis=1).min() > 0.9  # neighbours are never on opposite sides
+    assert rows[:, 1].min() < -0.99
+
+
+@METHODS
+def test_steady_motion_is_followed_exactly_on_every_group(built, method, rng):
+    model = free_motion(["SO3", "SE3", "R", "R", "R3xSO3", "R"])
+    stepper = built(model, method)
+    v = rng.normal(size=len(model.v))
+    q = product.update(model.equations.factors, model.q, rng.normal(size=len(v)))
+    stepper.initialize(q, v, step=0.05)
+    end = stepper.run(20).rows[-1]
+    back = product.difference(model.equations.factors, product.update(model.equations.factors, q, v), end[1 : 1 + len(q)])
+    assert back == pytest.approx(0.0, abs=3e-14)
+
+
+WRAPPERS = """
+void test_tangent(const real *x, real *T);
+void test_tangent(const real *x, real *T) { free_rotation_tangent(x, T); }
+void test_coupling(const real *x, real *C);
+void test_coupling(const real *x, real *C) { free_pose_coupling(x, C); }
+"""
+
+
+def test_tangent_in_c_is_that_of_numpy(tmp_path, rng):
+    stepper = build(tmp_path, free_motion(["SE3"]), ALPHA, extra=WRAPPERS)
+    for angle in (0.0, 1e-9, 1e-3, 0.4, 0.999, 1.001, 3.141, 3.142, 4.5):
+        theta = rng.normal(size=6)
+        theta[:3] *= angle / np.linalg.norm(theta[:3])
+        expected = numeric.tangent(SE3, theta)
+        for name, block in (("test_tangent", expected[:3, :3]), ("test_coupling", expected[3:, :3])):
+            result = np.zeros((3, 3))
+            getattr(stepper.library, name)(theta.ctypes.data_as(ctypes.c_void_p), result.ctypes.data_as(ctypes.c_void_p))
+            assert result == pytest.approx(block, abs=1e-15)
+    assert numeric.tangent(SO3, theta[:3]) == pytest.approx(expected[:3, :3], abs=0)
+
+
+@METHODS
+def test_single_precision_runs_too(built, method):
+    model = tied_body()
+    stepper = built(model, method, TIED, ("-DEOMGEN_REAL_FLOAT",))
+    tolerances = {"rtol": 1e-5, "atol": 1e-6} if method is ALPHA else {}
+    stepper.initialize(model.q, model.v, **tolerances)
+    expected = rows_of(integrate(model.equations, method, model.q, model.v, 1e-3, 50))
+    assert stepper.run(50).rows[:, :16] == pytest.approx(expected[:, :16], abs=1e-3)
+
+
+def test_other_number_types_leave_the_stepper_out(tmp_path):
+    for name in ("COMPLEX", "LANES"):
+        model = heavy_top()
+        flags = [f"-DEOMGEN_REAL_{name}", "-Wno-psabi"]
+        stepper = build(tmp_path / name, model, ALPHA, flags=flags)
+        assert stepper.sizes["state"] == 0
+        assert stepper.library.eomgen_status_text(4) == b"this model was compiled without a stepper"

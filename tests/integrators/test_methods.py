@@ -1,0 +1,89 @@
+"""Methods as data: the coefficients, and the refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction as F
+
+import pytest
+
+from eomgen.errors import ModelError, UsageError
+from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha, check_needs
+from eomgen.system import Facts
+
+
+@pytest.mark.parametrize(
+    ("rho", "alpha_m", "alpha_f", "beta", "gamma"),
+    [
+        (1.0, F(1, 2), F(1, 2), F(1, 4), F(1, 2)),
+        (0.9, F(8, 19), F(9, 19), F(100, 361), F(21, 38)),
+        (0.8, F(1, 3), F(4, 9), F(25, 81), F(11, 18)),
+        (0.6, F(1, 8), F(3, 8), F(25, 64), F(3, 4)),
+        (0.0, F(-1), F(0), F(1), F(3, 2)),
+    ],
+)
+def test_coefficients_are_the_published_fractions(rho, alpha_m, alpha_f, beta, gamma):
+    method = GeneralizedAlpha(rho)
+    assert (method.alpha_m, method.alpha_f, method.beta, method.gamma) == (alpha_m, alpha_f, beta, gamma)
+
+
+@pytest.mark.parametrize("rho", [-0.1, 1.01, float("nan"), float("inf"), "0.9"])
+def test_a_spectral_radius_outside_its_range_is_refused(rho):
+    with pytest.raises(UsageError, match=r"method\.rho_inf: the spectral radius .* must lie in 0\.\.1, not .*try: 0\.9"):
+        GeneralizedAlpha(rho)
+
+
+class Wrong(GeneralizedAlpha):
+    @property
+    def gamma(self):
+        return super().gamma + F(1, 100)
+
+    @property
+    def beta(self):
+        return F(1, 5)
+
+
+def test_wrong_coefficients_of_generalized_alpha_are_found():
+    with pytest.raises(UsageError, match=r"break a condition of the method: order 2: gamma"):
+        Wrong(0.9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"b": (F(1, 4), F(1, 4), F(1, 4), F(1, 4))}, r"order 3: sum b c\^2 = 1/3"),
+        ({"b": (F(1, 6), F(1, 3), F(1, 3), F(1, 7))}, r"order 1: sum b = 1"),
+        ({"c": (F(0), F(1, 2), F(1, 3), F(1))}, "row sums"),
+        ({"order": 5, "commutators": 2}, "commutators"),
+        ({"commutators": 1}, "commutators"),
+        ({"A": ((F(0), F(1), F(0), F(0)), *RUNGE_KUTTA_MUNTHE_KAAS_4.A[1:])}, "explicit"),
+        ({"A": RUNGE_KUTTA_MUNTHE_KAAS_4.A[:3]}, "square"),
+    ],
+)
+def test_wrong_tableaux_are_found(changes, text):
+    with pytest.raises(UsageError, match=text):
+        replace(RUNGE_KUTTA_MUNTHE_KAAS_4, **changes)
+
+
+def test_a_tableau_of_order_three_is_not_taken_for_order_four():
+    heun = {
+        "A": ((F(0), F(0), F(0)), (F(1, 3), F(0), F(0)), (F(0), F(2, 3), F(0))),
+        "b": (F(1, 4), F(0), F(3, 4)),
+        "c": (F(0), F(1, 3), F(2, 3)),
+    }
+    assert replace(RUNGE_KUTTA_MUNTHE_KAAS_4, **heun, order=3, commutators=1).order == 3
+    with pytest.raises(UsageError, match=r"order 4: sum b c\^3 = 1/4"):
+        replace(RUNGE_KUTTA_MUNTHE_KAAS_4, **heun)
+
+
+def facts(**changes):
+    return Facts(**{"constant_mass": False, "velocity_forces": True, "smooth": True, "moving_base": True} | changes)
+
+
+@pytest.mark.parametrize("method", [GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4])
+def test_needs_are_named_with_an_alternative(method):
+    check_needs(method, facts())
+    with pytest.raises(ModelError, match=r"needs a system without internal states: .*try: remove the filters"):
+        check_needs(method, facts(internal_states=True))
+    with pytest.raises(ModelError, match=r"(?s)2 problems.*without constraints.*without internal states"):
+        check_needs(method, facts(internal_states=True, constraints=True))
