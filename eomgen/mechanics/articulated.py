@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.motion import BaseMotion, angular_velocities, relative, rotation_gradient
+from eomgen.mechanics.motion import BaseMotion, angular_velocities, centripetal, relative
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.terms import Wrench, carry, difference
 from eomgen.mechanics.tree import ROOT, Link, Tree
@@ -96,8 +96,7 @@ def articulated_forward(
     bodies = []
     for link, omega, applied in zip(tree.links, omegas, loads, strict=True):
         with algebra.tape.block(f"inertia forces of link {link.name} at rest of its joints"):
-            gradient = rotation_gradient(algebra.zero_vector, omega)
-            bias = wrench(algebra, link.inertia, algebra.zero_vector, gradient)
+            bias = wrench(algebra, link.inertia, algebra.zero_vector, algebra.zero_vector, centripetal(omega))
             bodies.append(_rigid(algebra, link.inertia, bias if applied is None else difference(bias, applied)))
     kept: list[list[_Elimination]] = [[] for _ in tree.links]
     for index in reversed(range(len(tree.links))):
@@ -113,8 +112,8 @@ def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vecto
     """Return what velocities alone add to the link's acceleration: angular part and acceleration of the origin."""
     turn, slide = relative(algebra, link, link.velocities)
     carried = link.rotation.rotate_back(omega_up)
-    centripetal = link.rotation.rotate_back(cross(omega_up, cross(omega_up, link.position)))
-    linear = plus(centripetal, plus(scaled(2.0, cross(carried, slide)), cross(turn, slide)))
+    inward = link.rotation.rotate_back(cross(omega_up, cross(omega_up, link.position)))
+    linear = plus(inward, plus(scaled(2.0, cross(carried, slide)), cross(turn, slide)))
     return cross(carried, turn), linear
 
 
@@ -151,15 +150,16 @@ def _outward(
     algebra = tree.algebra
     start = (base.alpha, minus(base.acceleration, base.gravity))
     accelerations: list[tuple[Vector, Vector]] = []
-    vdot: list[Scalar] = []
+    vdot: dict[int, list[Scalar]] = {}
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"acceleration of joint {link.joint.name}"):
+            vdot[index] = []
             alpha_up, a_up = start if link.parent == ROOT else accelerations[link.parent]
             alpha = plus(link.rotation.rotate_back(alpha_up), biases[index][0])
             a = plus(link.rotation.rotate_back(plus(a_up, cross(alpha_up, link.position))), biases[index][1])
             for column, item in zip(link.columns, kept[index], strict=True):
                 value = (item.drive - (dot(item.moment, alpha) + dot(item.force, a))) * item.inverse
                 alpha, a = plus(alpha, scaled(value, column.angular)), plus(a, scaled(value, column.linear))
-                vdot.append(value)
+                vdot[index].append(value)
             accelerations.append((alpha, a))
-    return vdot
+    return tree.by_dof(vdot)

@@ -41,7 +41,7 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
         case "revolute":
             k = next(axis for axis in range(3) if not link.columns[0].angular[axis].is_zero)
             first = _unit(algebra, k, inertia.first[k])
-            along = inertia.second[k][k]
+            along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
             second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
             return Inertia(inertia.mass, first, second)
         case "prismatic":
@@ -50,6 +50,19 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
             return Inertia(inertia.mass, algebra.zero_vector, nothing)
         case _:
             return Inertia(zero, algebra.zero_vector, nothing)
+
+
+def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
+    """Return the second moment along axis k that leaves a body of revolution no inertia but that about its axis, else zero.
+
+    Such a link needs no angular acceleration across its axis.
+    """
+    i, j = (k + 1) % 3, (k + 2) % 3
+    S = inertia.second
+    across, other = S[i][i].constant, S[j][j].constant
+    if across is None or other is None or not (S[i][j].is_zero and S[i][k].is_zero and S[j][k].is_zero):
+        return algebra.zero
+    return S[i][i] if across == other else algebra.zero
 
 
 def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:

@@ -16,13 +16,14 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross
 
 @dataclass(frozen=True)
 class Field:
-    """Affine acceleration field of a link: ``origin + gradient s``."""
+    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``."""
 
     origin: Vector
-    gradient: Matrix
+    alpha: Vector
+    bend: Matrix
 
     def at(self, p: Vector) -> Vector:
-        return plus(self.origin, apply(self.gradient, p))
+        return plus(self.origin, apply(matrix_plus(self.bend, skew(self.alpha)), p))
 
 
 @dataclass(frozen=True)
@@ -43,15 +44,11 @@ def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Ve
     return angular, linear
 
 
-def rotation_gradient(alpha: Vector, omega: Vector) -> Matrix:
-    """Return alpha~ + omega~ omega~, the gradient of the acceleration field of a rotating body."""
+def centripetal(omega: Vector) -> Matrix:
+    """Return omega~ omega~, symmetric by structure."""
     x, y, z = omega
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
-    return (
-        (-(yy + zz), xy - alpha[2], xz + alpha[1]),
-        (xy + alpha[2], -(xx + zz), yz - alpha[0]),
-        (xz - alpha[1], yz + alpha[0], -(xx + yy)),
-    )
+    return ((-(yy + zz), xy, xz), (xy, -(xx + zz), yz), (xz, yz, -(xx + yy)))
 
 
 def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
@@ -67,7 +64,7 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity together."""
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
-    root = Field(start, rotation_gradient(base.alpha, base.omega))
+    root = Field(start, base.alpha, centripetal(base.omega))
     omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"acceleration of link {link.name}"):
@@ -86,7 +83,7 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)
                 alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
             alphas.append(alpha)
-            fields.append(Field(origin, rotation_gradient(alpha, omegas[index])))
+            fields.append(Field(origin, alpha, centripetal(omegas[index])))
     return fields
 
 
@@ -99,7 +96,7 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
     omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
-    root = Field(base.acceleration, rotation_gradient(base.alpha, base.omega))
+    root = Field(base.acceleration, base.alpha, centripetal(base.omega))
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"base motion felt by link {link.name}"):
             up = link.parent
@@ -112,5 +109,5 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
             spin = plus(omega, scaled(2.0, relative_omegas[index]))
             omegas.append(omega)
             alphas.append(alpha)
-            fields.append(Field(origin, matrix_plus(skew(alpha), multiply(skew(omega), skew(spin)))))
+            fields.append(Field(origin, alpha, multiply(skew(omega), skew(spin))))
     return fields

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.motion import BaseMotion, relative, rotation_gradient, total_fields
+from eomgen.mechanics.motion import BaseMotion, Field, centripetal, relative, total_fields
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.terms import Wrench, carry, composites, field_wrenches, project
 from eomgen.mechanics.tree import ROOT, Link, Tree
@@ -69,7 +69,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
     algebra = tree.algebra
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     start = plus(base.acceleration, scaled(-1.0, base.gravity))
-    root_gradient = rotation_gradient(base.alpha, base.omega)
+    root = Field(start, base.alpha, centripetal(base.omega))
     twists: list[tuple[Vector, Vector]] = []
     alphas: list[Vector] = []
     screws: list[list[Screws]] = []
@@ -77,7 +77,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
         up = link.parent
         omega_up, velocity_up = (base.omega, algebra.zero_vector) if up == ROOT else twists[up]
         alpha_up = base.alpha if up == ROOT else alphas[up]
-        origin_up = plus(start, apply(root_gradient, link.position)) if up == ROOT else fields[up].at(link.position)
+        origin_up = (root if up == ROOT else fields[up]).at(link.position)
         with algebra.tape.block(f"screws of joint {link.joint.name}"):
             turn, slide = relative(algebra, link, link.velocities)
             turn_rate, _ = relative(algebra, link, link.accelerations)
@@ -183,9 +183,9 @@ def _column(
     algebra, link = tree.algebra, tree.links[index]
     K, C, M = blocks
     dof = link.factor.v_start + k
-    by_q = _sum(wrench(algebra, body, screw.spin_origin, skew(screw.spin_field)), flow.coriolis(screw.turn))
-    by_v = _sum(wrench(algebra, body, screw.rate_origin, skew(screw.rate_field)), flow.coriolis(screw.angular))
-    by_a = wrench(algebra, body, screw.linear, skew(screw.angular))
+    by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
+    by_v = _sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
+    by_a = wrench(algebra, body, screw.linear, screw.angular)
     for other, values in enumerate(zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)):
         row = link.factor.v_start + other
         K[row][dof], C[row][dof], M[row][dof] = values

@@ -24,6 +24,7 @@ from eomgen.symbolic.scalar import (
     outer,
     plus,
     scaled,
+    skew,
     transpose,
 )
 
@@ -109,13 +110,27 @@ def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
     return sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(factors)].format(*factors))
 
 
-def wrench(algebra: Algebra, inertia: Inertia, acceleration: Vector, gradient: Matrix) -> tuple[Vector, Vector]:
-    """Return moment about the origin and force that give a body the acceleration field ``acceleration + gradient s``."""
+def wrench(
+    algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, bend: Matrix | None = None
+) -> tuple[Vector, Vector]:
+    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ + bend) s``.
+
+    Across an axis with equal second moments the symmetric part of ``bend`` cancels, and alpha does with opposite ones.
+    """
+    gradient = skew(alpha) if bend is None else matrix_plus(bend, skew(alpha))
     values = {"m": inertia.mass}
     for i in range(3):
         values[f"A{i}"], values[f"d{i}"] = acceleration[i], inertia.first[i]
         for j in range(3):
             values[f"U{i}{j}"] = gradient[i][j]
             values[f"S{i}{j}"] = inertia.second[i][j]
-    N0, N1, N2, F0, F1, F2 = virtual_work_kernel().instantiate(algebra, values)
-    return (N0, N1, N2), (F0, F1, F2)
+    results = virtual_work_kernel().instantiate(algebra, values)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        first, second = inertia.second[j][j], inertia.second[k][k]
+        if first.constant is None or second.constant is None or abs(first.constant) != abs(second.constant):
+            continue
+        across = (algebra.zero, algebra.zero) if bend is None else (bend[k][j], bend[j][k])
+        paired = 2.0 * alpha[i] + (across[0] - across[1]) if first.constant == second.constant else across[0] + across[1]
+        alone = {**values, f"S{k}{k}": algebra.zero, f"U{k}{j}": paired}
+        results[i] = virtual_work_kernel().instantiate(algebra, alone)[i]
+    return (results[0], results[1], results[2]), (results[3], results[4], results[5])

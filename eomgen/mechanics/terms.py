@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from eomgen.mechanics.motion import BaseMotion, Field, base_fields, total_fields
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.tree import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled, skew
+from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
 
 Wrench = tuple[Vector, Vector]
 
@@ -49,7 +49,7 @@ def generalized(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Scalar]
             if link.parent != ROOT:
                 moment, force = carry(link, total[index])
                 total[link.parent] = (plus(total[link.parent][0], moment), plus(total[link.parent][1], force))
-    return [value for index in range(len(tree.links)) for value in efforts[index]]
+    return tree.by_dof(efforts)
 
 
 def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:
@@ -57,7 +57,7 @@ def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
-            loads.append(wrench(tree.algebra, link.inertia, field.origin, field.gradient))
+            loads.append(wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.bend))
     return loads
 
 
@@ -109,7 +109,7 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
             for k, column in enumerate(link.columns):
                 dof = link.factor.v_start + k
-                load = wrench(algebra, bodies[index], column.linear, skew(column.angular))
+                load = wrench(algebra, bodies[index], column.linear, column.angular)
                 own = project(link, load)
                 for other in range(k + 1):
                     M[link.factor.v_start + other][dof] = M[dof][link.factor.v_start + other] = own[other]
@@ -128,10 +128,10 @@ def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None 
     """Return the generalized force of gravity (base axes): that of each subtree's weight, acting at its centre of mass."""
     bodies = composites(tree) if bodies is None else bodies
     downs: list[Vector] = []
-    efforts: list[Scalar] = []
+    efforts: dict[int, list[Scalar]] = {}
     for index, link in enumerate(tree.links):
         with tree.algebra.tape.block(f"weight carried by joint {link.joint.name}"):
             down = link.rotation.rotate_back(gravity if link.parent == ROOT else downs[link.parent])
             downs.append(down)
-            efforts += project(link, (cross(bodies[index].first, down), scaled(bodies[index].mass, down)))
-    return efforts
+            efforts[index] = project(link, (cross(bodies[index].first, down), scaled(bodies[index].mass, down)))
+    return tree.by_dof(efforts)

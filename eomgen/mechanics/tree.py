@@ -8,7 +8,7 @@ a body sits on its link.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from eomgen.mechanics.formulas import record
@@ -74,16 +74,20 @@ class Tree:
 
     def dof_links(self) -> list[tuple[int, int]]:
         """Return (link, column) of each velocity component."""
-        return [(i, k) for i, link in enumerate(self.links) for k in range(len(link.columns))]
+        found = {link.factor.v_start + k: (i, k) for i, link in enumerate(self.links) for k in range(len(link.columns))}
+        return [found[dof] for dof in range(self.nv)]
+
+    def by_dof(self, values: Mapping[int, Sequence[Scalar]]) -> list[Scalar]:
+        """Return values given per link (one per column) in the order of v."""
+        return [values[index][k] for index, k in self.dof_links()]
 
     def dof_parents(self) -> tuple[int, ...]:
         """Return for each velocity component the nearest one towards the root, -1 where there is none."""
         parents: list[int] = []
-        for link in self.links:
-            above = link.parent
+        for index, k in self.dof_links():
+            above = self.links[index].parent
             last = -1 if above == ROOT else self.links[above].factor.v_start + self.links[above].factor.v_size - 1
-            for k in range(len(link.columns)):
-                parents.append(last if k == 0 else len(parents) - 1)
+            parents.append(last if k == 0 else len(parents) - 1)
         return tuple(parents)
 
     def children(self) -> list[list[int]]:
