@@ -1,0 +1,87 @@
+"""The command line: one command per verb; it prints, and computes nothing.
+
+Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7 input and output, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+from eomgen.cli.options import debug_option
+from eomgen.errors import EomgenError
+
+INTERRUPTED = 130
+
+#: Each verb with its line in the list of commands, and the module that holds it: only the one asked for is imported.
+VERBS: dict[str, tuple[str, str]] = {
+    "info": ("Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info"),
+    "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
+    "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
+    "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.machine"),
+    "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.machine"),
+}
+
+
+class _Verbs(click.Group):
+    """A group that imports a command when it is called; the list of commands needs none of them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        command = getattr(import_module(VERBS[cmd_name][1]), cmd_name)
+        return command if isinstance(command, click.Command) else None
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(verb, text) for verb, (text, _) in VERBS.items()])
+
+
+@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(None, "--version", package_name="eomgen", message="%(prog)s %(version)s")
+@debug_option
+def commands() -> None:
+    """Equations of motion in separated form, as readable C, from the description of a mechanical scene.
+
+    Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7 input and output, 130 interrupted.
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is given."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        result = commands.main(words, prog_name="eomgen", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, which is no error of ours
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except EomgenError as error:
+        if "--debug" in words:
+            traceback.print_exc()
+        click.echo(error.report(), err=True)
+        return error.exit_code
+    except Exception as error:
+        if "--debug" in words:
+            traceback.print_exc()
+        click.echo(
+            f"internal error: {type(error).__name__}: {error}; this is a fault of eomgen; try: the same with --debug", err=True
+        )
+        return 1

@@ -1,0 +1,37 @@
+"""``eomgen generate``: the folder of C that stands alone."""
+
+from __future__ import annotations
+
+import click
+
+from eomgen.cli.options import debug_option, folder_option, json_option, scene_options, terms_option
+from eomgen.cli.printing import print_json, say
+
+
+@click.command()
+@scene_options
+@folder_option
+@terms_option
+@click.option("--method", default=None, help="Whose stepper is written; the scene's by default.")
+@json_option
+@debug_option
+def generate(
+    scene: str,
+    strict: bool,
+    root: str,
+    lock: tuple[str, ...],
+    folder: str,
+    terms: list[str] | None,
+    method: str | None,
+    as_json: bool,
+) -> None:
+    """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
+    from eomgen import pipeline  # noqa: PLC0415  # SymPy comes with it
+
+    files = pipeline.generate(pipeline.load(scene, strict=strict, root=root, lock=lock), folder, terms, method)
+    if as_json:
+        print_json([str(file) for file in files])
+    else:
+        for file in files:
+            click.echo(str(file))
+    say(f"{len(files)} files; README.md there says how to compile them")

@@ -1,0 +1,94 @@
+"""``eomgen info``: what a scene needs, what it does without, and what each function costs."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
+from eomgen.cli.printing import console, print_json, print_table
+
+if TYPE_CHECKING:
+    from eomgen.system import System
+
+
+@click.command()
+@scene_options
+@terms_option
+@json_option
+@debug_option
+def info(scene: str, strict: bool, root: str, lock: tuple[str, ...], terms: list[str] | None, as_json: bool) -> None:
+    """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
+    from eomgen.pipeline import derive, load  # noqa: PLC0415  # SymPy comes with it
+
+    system = derive(load(scene, strict=strict, root=root, lock=lock), terms)
+    data = described(system)
+    if as_json:
+        print_json(data)
+    else:
+        _print(data)
+
+
+def described(system: System) -> dict[str, Any]:
+    """Return what ``info`` shows, as JSON types."""
+    counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
+    return {
+        "scene": system.name,
+        "description": system.description,
+        "sizes": {"nq": system.nq, "nv": system.nv, "nu": system.nu, "nz": system.nz, "bodies": len(system.bodies)},
+        "groups": [
+            {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size} for factor in system.factors
+        ],
+        "parameters": {item.name: item.value for item in system.parameters},
+        "inputs": [item.name for item in system.inputs],
+        "outputs": [item.name for item in system.outputs],
+        "facts": dataclasses.asdict(system.facts),
+        "functions": {
+            name: {"description": function.description, "inputs": list(function.inputs), "counts": counts[name]}
+            for name, function in system.functions.items()
+        },
+        "kept": list(system.kept),
+        "dropped": list(system.dropped),
+        "notes": list(system.notes),
+    }
+
+
+def _print(data: dict[str, Any]) -> None:
+    sizes = data["sizes"]
+    out = console()
+    out.print(f"[bold]{data['scene']}[/]: {sizes['nv']} degrees of freedom, {sizes['bodies']} bodies, {sizes['nu']} inputs")
+    if data["description"]:
+        out.print(data["description"], markup=False)
+    groups: dict[str, list[str]] = {}
+    for factor in data["groups"]:
+        groups.setdefault(factor["group"], []).append(factor["joint"])
+    out.print()
+    print_table(
+        "Configuration",
+        ("group", "joints", "names"),
+        [(g, len(names), ", ".join(names)) for g, names in groups.items()],
+        numeric=(1,),
+    )
+    if data["parameters"]:
+        out.print()
+        print_table(
+            "Tunable parameters", ("name", "value"), [(name, f"{value:.9g}") for name, value in data["parameters"].items()]
+        )
+    out.print()
+    rows = [
+        (
+            name,
+            *(item["counts"][key] for key in ("additions", "multiplications", "divisions", "functions", "selections", "flops")),
+        )
+        for name, item in data["functions"].items()
+    ]
+    header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
+    print_table("Exact operation counts", header, rows, numeric=tuple(range(1, 7)))
+    for title, key in (("Left out", "dropped"), ("Notes of the importer", "notes")):
+        if data[key]:
+            out.print()
+            out.print(f"[italic]{title}[/]")
+            for line in data[key]:
+                out.print(f"  {line}", markup=False)

@@ -1,0 +1,40 @@
+"""``eomgen schema`` and ``eomgen doctor``: what a scene file may hold, and whether this machine can build."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import click
+
+from eomgen.cli.options import debug_option, json_option
+from eomgen.cli.printing import print_json, print_table, say
+from eomgen.errors import ToolchainError
+
+
+@click.command()
+@debug_option
+def schema() -> None:
+    """Print the JSON Schema of scene files, for editors and checkers."""
+    from eomgen.scene.schema import json_schema  # noqa: PLC0415  # pydantic comes with it
+
+    click.echo(json_schema(), nl=False)
+
+
+@click.command()
+@json_option
+@debug_option
+def doctor(as_json: bool) -> int:
+    """Examine what building a model needs, and say what mends what is broken."""
+    from eomgen.build.doctor import examine  # noqa: PLC0415  # looks for the compiler
+
+    checks = examine()
+    if as_json:
+        print_json([dataclasses.asdict(check) for check in checks])
+    else:
+        marks = {(True, True): "fine", (True, False): "fine", (False, True): "BROKEN", (False, False): "worse"}
+        rows = [(check.name, marks[check.ok, check.needed], check.found, check.remedy) for check in checks]
+        print_table("", ("item", "", "found", "try"), rows)
+    broken = [check.name for check in checks if check.needed and not check.ok]
+    if broken:
+        say(f"models cannot be built: {', '.join(broken)}")
+    return ToolchainError.exit_code if broken else 0

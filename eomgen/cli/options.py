@@ -1,0 +1,71 @@
+"""Options that several verbs share, and the numbers that users write behind ``name=``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+from eomgen.errors import Problem, UsageError
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+debug_option = click.option("--debug", is_flag=True, expose_value=False, help="Show tracebacks of errors.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+
+
+def scene_options(command: Command) -> Command:
+    """Add the scene's path and how it is read."""
+    for decorate in (
+        click.option("--lock", multiple=True, metavar="JOINT", help="URDF: hold this joint at zero; may be repeated."),
+        click.option(
+            "--root",
+            type=click.Choice(["fixed", "free"]),
+            default="fixed",
+            show_default=True,
+            help="URDF: how the root link is held.",
+        ),
+        click.option("--strict", is_flag=True, help="Refuse what an importer would leave out with a note."),
+        click.argument("scene", metavar="SCENE"),
+    ):
+        command = decorate(command)
+    return command
+
+
+def folder_option(command: Command) -> Command:
+    """Add ``--out DIR``."""
+    return click.option(
+        "--out", "folder", required=True, metavar="DIR", help="Folder to write to; it is made where it is missing."
+    )(command)
+
+
+def terms_option(command: Command) -> Command:
+    """Add ``--terms``."""
+    return click.option(
+        "--terms",
+        default=None,
+        metavar="NAME,NAME",
+        help="Functions wanted; all that the scene can use by default.",
+        callback=_names,
+    )(command)
+
+
+def assignments(option: str, texts: Sequence[str]) -> dict[str, float]:
+    """Return what ``name=value`` texts say. Raises UsageError."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        if not equals or not name.strip():
+            raise UsageError(Problem(f"{option} {text}", "a name and a number are needed", f"{option} length=0.5"))
+        try:
+            values[name.strip()] = float(number)
+        except ValueError:
+            raise UsageError(
+                Problem(f"{option} {text}", f"{number.strip()!r} is not a number", f"{option} {name.strip()}=0.5")
+            ) from None
+    return values
+
+
+def _names(context: click.Context, parameter: click.Parameter, value: str | None) -> list[str] | None:
+    return None if value is None else [name.strip() for name in value.split(",") if name.strip()]

@@ -1,0 +1,57 @@
+"""Printing: data to stdout as tables or JSON, talk to stderr."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+_PLAIN_WIDTH = 120
+
+
+def console(*, stderr: bool = False) -> Console:
+    """Return a console; where nobody's terminal sets the width, lines are 120 wide."""
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr, width=None if stream.isatty() else _PLAIN_WIDTH, highlight=False)
+
+
+def print_table(title: str, header: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Sequence[int] = ()) -> None:
+    """Print a table to stdout; columns in ``numeric`` are aligned to the right."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for index, name in enumerate(header):
+        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=index in numeric, overflow="fold")
+    for row in rows:
+        table.add_row(*(_escaped(cell) for cell in row))
+    console().print(table)
+
+
+def print_json(data: Any) -> None:
+    """Print JSON to stdout; numbers that JSON does not have become null."""
+    click.echo(json.dumps(finite(data), indent=2))
+
+
+def finite(data: Any) -> Any:
+    """Return JSON data without the infinities and NaN that JSON does not have."""
+    if isinstance(data, dict):
+        return {str(key): finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [finite(value) for value in data]
+    if isinstance(data, float) and (data != data or data in (float("inf"), float("-inf"))):
+        return None
+    return data
+
+
+def say(text: str) -> None:
+    """Print a line of talk to stderr."""
+    click.echo(text, err=True)
+
+
+def _escaped(cell: object) -> str:
+    from rich.markup import escape  # noqa: PLC0415  # names are the user's text
+
+    return escape(str(cell))
