@@ -1,0 +1,162 @@
+"""The demonstration: a car at rest on its springs, its linear theory, energy, symmetry, and what the skyhook does."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import eomgen
+from eomgen import Model, Solution
+from eomgen.scene.roads import road_harmonics
+
+FOLDER = Path(__file__).parents[2] / "examples" / "active_vehicle"
+BODY, ROLL, PITCH, WHEEL, FRONT, REAR, HALF_TRACK = 1500.0, 460.0, 2160.0, 59.0, 1.4, 1.7, 0.75
+TYRE, SPEED, COHERENCE = 190000.0, 20.0, 0.7
+SPRINGS, DAMPERS = np.array([35e3, 35e3, 38e3, 38e3]), np.array([1000.0, 1000.0, 1100.0, 1100.0])
+ALONG, ACROSS = np.array([FRONT, FRONT, -REAR, -REAR]), HALF_TRACK * np.array([1.0, -1.0, 1.0, -1.0])
+FLAT = np.zeros(4)
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return eomgen.build(FOLDER / "scene.toml")
+
+
+def _matrices(skyhook: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return M, C, K of (heave, pitch, roll, four wheels), as textbooks assemble them."""
+    corners = np.stack([np.ones(4), -ALONG, ACROSS], axis=1)  # rise of each corner per heave, pitch and roll
+    stretch = np.hstack([corners, -np.eye(4)])
+    mass = np.diag([BODY, PITCH, ROLL, *(4 * [WHEEL])])
+    damping = stretch.T @ np.diag(DAMPERS) @ stretch + skyhook * stretch.T @ np.hstack([corners, np.zeros((4, 4))])
+    return mass, damping, stretch.T @ np.diag(SPRINGS) @ stretch + np.diag([0.0, 0.0, 0.0, *(4 * [TYRE])])
+
+
+def _roads() -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return for each wheel the complex amplitudes of its road at the common angular frequencies."""
+    tracks = []
+    for seed, offset in ((11, 0.0), (12, 0.0), (11, FRONT + REAR), (12, FRONT + REAR)):
+        amplitude, frequency, phase = np.array(road_harmonics("C", SPEED, seed=seed, offset=offset)).T
+        tracks.append((frequency, amplitude * np.exp(1j * phase)))
+    (w, left_front), (_, other_front), (_, left_rear), (_, other_rear) = tracks
+    rest = math.sqrt(1.0 - COHERENCE**2)
+    right_front, right_rear = COHERENCE * left_front + rest * other_front, COHERENCE * left_rear + rest * other_rear
+    return [(w, left_front), (w, right_front), (w, left_rear), (w, right_rear)]
+
+
+@pytest.mark.parametrize("skyhook", [0.0, 3000.0])
+def test_rests_on_a_flat_road_under_its_weight(model: Model, skyhook: float) -> None:
+    rest = model.forward_dynamics(model.initial_q, model.initial_v, 7.0, FLAT, parameters={"skyhook": skyhook})
+    assert np.abs(rest).max() < 1e-9
+    start = model.forward_dynamics(model.initial_q, model.initial_v, 0.0, parameters={"skyhook": skyhook})
+    assert np.abs(start).max() < 1e-9  # on its own road too, which has not faded in yet
+    raised = model.forward_dynamics(model.initial_q, model.initial_v, 7.0, FLAT + 0.01, parameters={"skyhook": skyhook})
+    assert np.all(raised[3:] > 10.0)  # a road one centimetre higher pushes the wheels up by 190000 * 0.01 / 59
+
+
+@pytest.mark.parametrize("skyhook", [0.0, 3000.0])
+def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float) -> None:
+    found = model.partials(model.initial_q, model.initial_v, np.zeros(7), 7.0, FLAT, parameters={"skyhook": skyhook})
+    for matrix, expected in zip((found[2], found[1], found[0]), _matrices(skyhook), strict=True):
+        np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, rng: np.random.Generator) -> None:
+    q = 0.3 * rng.standard_normal((20, 7))
+    M = model.mass(q)
+    np.testing.assert_allclose(M, np.swapaxes(M, 1, 2), atol=1e-12 * BODY)
+    assert np.linalg.eigvalsh(M).min() > 0.9 * WHEEL
+
+
+@pytest.mark.parametrize("skyhook", [0.0, 3000.0])
+def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: float) -> None:
+    run = model.simulate(16.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
+    settled = run.t > 12.0  # passive heave decays with exp(-1.4 t): 5e-8 are left
+    M, C, K = _matrices(skyhook)
+    roads = _roads()
+    frequency = roads[0][0]
+    s = 1j * frequency[:, None, None]
+    forces = np.stack([np.zeros_like(roads[0][1])] * 3 + [TYRE * road for _, road in roads], axis=1)
+    response = np.linalg.solve(s * s * M + s * C + K, forces[..., None])[..., 0]
+    waves = np.exp(1j * np.outer(run.t[settled], frequency))
+    heave = np.real(waves @ (-(frequency[:, None] ** 2) * response))[:, 0]
+    loads = np.real(waves @ (forces[:, 3:] - TYRE * response[:, 3:]))
+    for found, expected in ((run.outputs["body_acceleration"][settled], heave), (run.outputs["tyre_load"][settled], loads)):
+        # angles reach 0.03 rad and struts turn by less: geometry bends the response by some 1e-3
+        assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-3 * np.sqrt(np.mean(expected**2))
+
+
+@pytest.mark.parametrize("skyhook", [0.0, 3000.0])
+def test_energy_changes_by_the_work_of_dampers_actuators_and_road(model: Model, skyhook: float) -> None:
+    run = model.simulate(5.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
+    work, exchanged = simpson(run.energy["power"], x=run.t), simpson(np.abs(run.energy["power"]), x=run.t)
+    assert exchanged > 500.0
+    assert run.energy["total"][-1] - run.energy["total"][0] == pytest.approx(work, abs=1e-5 * exchanged)
+    np.testing.assert_array_equal(run.outputs["energy"], run.energy["total"])
+
+
+def test_equal_tracks_do_not_roll(model: Model) -> None:
+    run = model.simulate(3.0, parameters={"coherence": 1.0})
+    assert np.abs(run.q[:, 1]).max() > 1e-3
+    assert np.abs(run.q[:, 2]).max() < 1e-10
+    np.testing.assert_allclose(run.q[:, 3], run.q[:, 4], atol=1e-10)
+
+
+def test_exchanged_tracks_mirror_the_motion(model: Model) -> None:
+    names = ("left_front", "other_front", "left_rear", "other_rear")
+    bumps = {name: (lambda t, k=k: 0.01 * math.sin(5.0 * t + k)) for k, name in enumerate(names)}
+    swapped = ("other_front", "left_front", "other_rear", "left_rear")
+    exchanged = {first: bumps[second] for first, second in zip(names, swapped, strict=True)}
+    run, mirrored = (model.simulate(2.0, parameters={"coherence": 0.0}, inputs=given) for given in (bumps, exchanged))
+    assert np.abs(run.q[:, 2]).max() > 1e-3
+    np.testing.assert_allclose(mirrored.q, run.q[:, [0, 1, 2, 4, 3, 6, 5]] * [1, 1, -1, 1, 1, 1, 1], atol=1e-10)
+
+
+def _rms(run: Solution, name: str) -> np.ndarray:
+    return np.sqrt(np.mean(run.outputs[name][run.t > 2.0] ** 2, axis=0))
+
+
+def test_skyhook_calms_the_body_without_costing_travel_or_grip(model: Model) -> None:
+    passive, active = model.simulate(parameters={"skyhook": 0.0}), model.simulate()
+    assert passive.success and active.success
+    assert _rms(active, "body_acceleration") < 0.6 * _rms(passive, "body_acceleration")
+    assert np.all(_rms(active, "suspension_travel") < _rms(passive, "suspension_travel"))
+    assert np.all(_rms(active, "tyre_load") < _rms(passive, "tyre_load"))
+    weight = 9.81 * (BODY * np.array([REAR, REAR, FRONT, FRONT]) / (2 * (FRONT + REAR)) + WHEEL)
+    for run in (passive, active):
+        assert np.all(run.outputs["tyre_load"] + weight > 0.0)  # no wheel leaves the road, where a linear tyre would pull
+
+
+def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
+    out = tmp_path / "demo out"
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
+    command = [sys.executable, str(FOLDER / "demo.py"), "--out", str(out)]
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "Body acceleration, centre of mass" in result.stdout and "no wheel leaves the road" in result.stdout
+    assert (out / "c" / "active_vehicle.c").stat().st_size > 10_000
+    assert (out / "active_vehicle.png").read_bytes().startswith(b"\x89PNG")
+    with (out / "rms.csv").open(encoding="utf-8") as stream:
+        rows = {row["quantity"]: row for row in csv.DictReader(stream)}
+    assert len(rows) == 12
+    solutions = [Solution.load(out / f"{name}.npz") for name in ("passive", "active")]
+    for column, solution in zip(("passive_rms", "active_rms"), solutions, strict=True):
+        shown = float(rows["Body acceleration, centre of mass"][column])
+        assert shown == pytest.approx(float(_rms(solution, "body_acceleration")))
+        assert float(rows["Suspension travel, rear left"][column]) == pytest.approx(1e3 * _rms(solution, "suspension_travel")[2])
+
+
+def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
+    command = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path / "file" / "out")]
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 7
+    assert "try: --out with a folder that can be written" in result.stderr and "Traceback" not in result.stderr
