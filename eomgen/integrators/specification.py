@@ -27,6 +27,8 @@ class SystemLike(Protocol):
     def factors(self) -> Any: ...
     @property
     def functions(self) -> Any: ...
+    @property
+    def counts(self) -> Any: ...
 
 
 def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[str, Any]:
@@ -72,6 +74,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[
             "atol": ABSOLUTE_TOLERANCE,
             "max_iterations": MAX_ITERATIONS,
             "max_halvings": MAX_HALVINGS,
+            "factorization_cost": _factorization_cost(system),
+            "input_times": [0.0, 1.0],
             "rows_per_step": 1,
         }
         return data
@@ -95,13 +99,20 @@ def _check_functions(method: Method, system: SystemLike) -> None:
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:
-        problems.append(
-            Problem("method", f"{method.family} calls {', '.join(missing)}, which the model was built without", "ask for these terms")
-        )
+        what = f"{method.family} calls {', '.join(missing)}, which the model was built without"
+        problems.append(Problem("method", what, "ask for these terms"))
     if not system.factors:
-        problems.append(Problem("method", "there is nothing to integrate: every joint is fixed", "give a joint a degree of freedom"))
+        what = "there is nothing to integrate: every joint is fixed"
+        problems.append(Problem("method", what, "give a joint a degree of freedom"))
     if problems:
         raise ModelError(problems)
+
+
+def _factorization_cost(system: SystemLike) -> float:
+    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by exact operation counts."""
+    nv = sum(factor.v_size for factor in system.factors)
+    iteration = float(system.counts["residual"].flops + 2 * nv**2)
+    return float(system.counts["partials"].flops + 4 * nv**2 + 2 * nv**3 / 3) / iteration
 
 
 def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:

@@ -65,8 +65,13 @@ def integrate(
     return _generalized_alpha(equations, method, q, v, step, steps, t, rtol, atol)
 
 
-def initial_algorithmic_acceleration(equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, step: float) -> Array:
-    """Return a_0 = vdot_0 + (alpha_m - alpha_f) step vddot_0, vddot_0 by a forward difference of second order over one step."""
+def initial_algorithmic_acceleration(
+    equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, step: float
+) -> Array:
+    """Return a_0 = vdot_0 + (alpha_m - alpha_f) step vddot_0.
+
+    vddot_0 is a forward difference of second order over one step: what lies before t may be another regime.
+    """
     vdot = equations.forward_dynamics(t, q, v)
 
     def ahead(share: float) -> Array:
@@ -80,7 +85,15 @@ def initial_algorithmic_acceleration(equations: Equations, method: GeneralizedAl
 
 
 def _generalized_alpha(
-    equations: Equations, method: GeneralizedAlpha, q: Array, v: Array, step: float, steps: int, t0: float, rtol: float, atol: float
+    equations: Equations,
+    method: GeneralizedAlpha,
+    q: Array,
+    v: Array,
+    step: float,
+    steps: int,
+    t0: float,
+    rtol: float,
+    atol: float,
 ) -> Trajectory:
     residual, partials = equations.residual, equations.partials
     if residual is None or partials is None:

@@ -76,7 +76,7 @@ def _join(values: Sequence[Any]) -> Array:
 
 
 def _matrix(rows: Rows, of: Array) -> Array:
-    """Return rows of values as matrices; ``of`` is what they belong to: its batch is theirs, also where all entries are constant."""
+    """Return rows of values as matrices; their batch is that of ``of``, also where all entries are constant."""
     batch = np.shape(of)[:-1]
     entries = [np.broadcast_to(entry, batch) for row in rows for entry in row]
     return np.stack(entries, axis=-1).reshape(*batch, len(rows), len(rows))

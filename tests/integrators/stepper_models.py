@@ -16,6 +16,7 @@ from eomgen.codegen.render import environment
 from eomgen.integrators.methods import Method
 from eomgen.integrators.specification import STEPPER_CDEF, STEPPER_SIZES, default_settings, method_data, state_layout
 from eomgen.integrators.stepper import Equations
+from eomgen.symbolic.tape import Counts
 from eomgen.system import Factor, Facts
 
 
@@ -44,6 +45,10 @@ class Model:
     @property
     def facts(self) -> Facts:
         return Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False)
+
+    @property
+    def counts(self) -> dict[str, Counts]:
+        return {name: Counts(additions=40) for name in self.functions}
 
 
 # -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 -----------------------------------------------------------
@@ -297,6 +302,51 @@ def edge() -> Model:
 EDGE_PARAMETERS = {"p_mass": 1.0, "p_last_time": 1e9, "p_stiffness": 400.0}
 
 
+# -- a spring on a base that shakes --------------------------------------------------------------------------------------
+
+_SHAKEN_C = """
+void shaken_base(real t, shaken_base_state *base)
+{
+    real c;
+    EG_SINCOS(K(5.0) * t, base->velocity_dot, &c);
+    base->velocity_dot[1] = c;
+}
+void shaken_residual(real t, const real *q, const real *a, const shaken_base_state *base, real *r)
+{
+    r[0] = a[0] + K(9.0) * q[0] + base->velocity_dot[0];
+    r[1] = a[1] + K(16.0) * q[1] + t * base->velocity_dot[1];
+}
+void shaken_partials(real *dq, real *M)
+{
+    dq[0] = K(9.0);
+    dq[3] = K(16.0);
+    M[0] = M[3] = K(1.0);
+    dq[1] = dq[2] = M[1] = M[2] = K(0.0);
+}
+"""
+
+
+def shaken() -> Model:
+    """Return two springs that feel the acceleration of a base."""
+    stiffness = np.diag([9.0, 16.0])
+
+    def forward_dynamics(t, q, v):
+        return -stiffness @ q - np.array([np.sin(5.0 * t), t * np.cos(5.0 * t)])
+
+    equations = Equations(
+        [Factor("R", "x", 0, 1, 0, 1), Factor("R", "y", 1, 1, 1, 1)],
+        forward_dynamics,
+        lambda t, q, v, a: a - forward_dynamics(t, q, v),
+        lambda t, q, v, a: (stiffness, np.zeros((2, 2)), np.eye(2)),
+    )
+    functions = {
+        "base": (("t",), ("base",)),
+        "residual": (("t", "q", "a", "base"), ("r",)),
+        "partials": ((), ("K", "M")),
+    }
+    return Model("shaken", equations.factors, functions, _SHAKEN_C, equations, np.array([0.3, -0.2]), np.array([1.0, 0.5]))
+
+
 # -- from a model to a running stepper ---------------------------------------------------------------------------------
 
 
@@ -391,7 +441,7 @@ def context_of(model: Model, method: Method, parameters: Sequence[str]) -> Stepp
     return StepperContext(model.name, sizes, functions, members, method_data(method, model), "base" in model.functions)
 
 
-_TYPES = {"p": "const {0}_parameters *p", "t": "real t"}
+_TYPES = {"p": "const {0}_parameters *p", "t": "real t", "base": "const {0}_base_state *base"}
 
 
 def sources(model: Model, program: StepperContext, parameters: Sequence[str] = ()) -> dict[str, str]:
@@ -400,7 +450,8 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
     members = "".join(f"real {name}; " for name in parameters) or "char none;"
     declarations = ""
     for name, (inputs, outputs) in model.functions.items():
-        arguments = [_TYPES.get(block, f"const real *{block}").format(P) for block in inputs] + [f"real *out{o}" for o in outputs]
+        arguments = [_TYPES.get(block, f"const real *{block}").format(P) for block in inputs]
+        arguments += [f"{P}_base_state *base"] if name == "base" else [f"real *out{o}" for o in outputs]
         declarations += f"void {P}_{name}({', '.join(arguments)});\n"
 
     def render(name: str) -> str:
@@ -410,6 +461,7 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
 #define {N}_H
 #include "eomgen_real.h"
 typedef struct {{ {members} }} {P}_parameters;
+typedef struct {{ real velocity_dot[3]; }} {P}_base_state;
 void {P}_initial_state(real *q, real *v, real *z);
 {declarations}
 {render("header.h")}
