@@ -13,6 +13,7 @@ from importlib import import_module
 
 import click
 
+from eomgen import __version__
 from eomgen.cli.options import debug_option
 from eomgen.errors import EomgenError
 
@@ -46,7 +47,7 @@ class _Verbs(click.Group):
 
 
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(None, "--version", package_name="eomgen", message="%(prog)s %(version)s")
+@click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 @debug_option
 def commands() -> None:
     """Equations of motion in separated form, as readable C, from the description of a mechanical scene.

@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 #: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
 _QUANTITIES = {
-    "rad": "angle", "m": "position", "1": "quaternion", "rad/s": "angular velocity", "m/s": "velocity", "J": "energy", "W": "power",
+    "rad": "angle", "m": "position", "1": "quaternion", "rad/s": "angular velocity", "m/s": "velocity",
+    "J": "energy", "W": "power",
 }  # fmt: skip
 #: Colours that stay apart for colour-blind eyes (Okabe and Ito, without yellow).
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
@@ -51,7 +52,7 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
         "energy": [
             Curve(name, "W" if "power" in name else "J", values)
             for name, values in solution.energy.items()
-            if name != "base_power" or np.any(values)
+            if "power" not in name or np.any(values)
         ],
     }
     title = str(solution.metadata.get("scene", ""))
@@ -105,6 +106,7 @@ def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
     for axis in axes[max(0, len(shown) - columns) : len(shown)]:
         axis.set_xlabel("time / s")
         axis.tick_params(labelbottom=True)
+    figure.align_ylabels(list(axes[: len(shown)]))
     hidden = sum(len(panel) for panel in panels[_PANELS:])
     figure.suptitle(title + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""), fontsize=11)
     try:
