@@ -1,0 +1,117 @@
+"""Every operation of the tape, in C, for all four number types, against the evaluation of the tape in NumPy and mpmath."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.tape import UNARY, Op, Ref, Tape
+from eomgen.system import Block, Function, System
+from tests.codegen.hand_made import call, compile_system, make_system
+
+SIZE = 11
+ROUGH = {Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT}
+
+
+def every_operation() -> tuple[System, list[Ref], list[Op]]:
+    """Return a System whose one output has every operation, on arguments of both signs inside its domain."""
+    tape = Tape()
+    x = [tape.input("q", k) for k in range(2)] + [tape.input("v", k) for k in range(2)] + [tape.input("t")]
+    refs: list[Ref] = []
+    ops: list[Op] = []
+    for op in Op:
+        if op in (Op.CONST, Op.INPUT, Op.MAP):
+            continue
+        for first, second in ((x[0], x[1]), (x[2], -x[3]), (-x[4], x[0])):
+            unit = tape.mul(tape.constant(0.3), first)
+            above = tape.add(tape.constant(1.75), tape.mul(tape.constant(0.25), first))
+            if op in (Op.ADD, Op.SUB, Op.MUL):
+                ref = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul}[op](first, second)
+            elif op is Op.DIV:
+                ref = tape.div(second, above)
+            elif op in (Op.SQRT, Op.LOG):
+                ref = tape.call(op, above)
+            elif op is Op.POW:
+                ref = tape.call(op, above, second)
+            elif op in UNARY:
+                ref = tape.call(op, unit if op in (Op.ASIN, Op.ACOS, Op.TAN) else first)
+            elif op is Op.SELECT:
+                ref = tape.select(tape.call(Op.LT, first, second), tape.mul(first, second), -above)
+            else:
+                ref = tape.call(op, first, second)
+            refs += [ref, -ref]
+            ops += [op, op]
+    function = Function("everything", "every operation", ("t", "q", "v"), (Block("y", (len(refs),), tuple(refs)),))
+    return make_system("everything", tape, [function]), refs, ops
+
+
+def samples() -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(20)
+    return {"t": rng.uniform(-2, 2, (SIZE, 1)), "q": rng.uniform(-2, 2, (SIZE, 2)), "v": rng.uniform(-2, 2, (SIZE, 2))}
+
+
+def expected(system: System, refs: list[Ref], inputs: dict[str, np.ndarray]) -> np.ndarray:
+    rows = [evaluate(system.tape, refs, {name: rows[k] for name, rows in inputs.items()}) for k in range(SIZE)]
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)])
+def test_every_operation_agrees_with_the_tape(real: str, tolerance: float, tmp_path: Path) -> None:
+    system, refs, ops = every_operation()
+    inputs = samples()
+    (found,) = call(compile_system(system, tmp_path, real=real), "everything", inputs)
+    wanted = expected(system, refs, inputs)
+    scale = np.maximum(1.0, np.abs(wanted))
+    worst = np.max(np.abs(found - wanted) / scale, axis=0)
+    assert {op.name for op, error in zip(ops, worst, strict=True) if not error <= tolerance} == set()
+
+
+def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
+    system, refs, ops = every_operation()
+    inputs = samples()
+    (found,) = call(compile_system(system, tmp_path), "everything", inputs)
+    exact = evaluate_mpmath(system.tape, refs, {name: [float(x) for x in rows[3]] for name, rows in inputs.items()})
+    errors = [abs(float(value - float(y))) / max(1.0, abs(float(value))) for value, y in zip(exact, found[3], strict=True)]
+    assert {op.name for op, error in zip(ops, errors, strict=True) if not error <= 1e-15} == set()
+
+
+def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> None:
+    """d/dq0 by a step of 1e-200 i in C, against central differences of the NumPy evaluation."""
+    system, refs, ops = every_operation()
+    inputs = samples()
+    shifted = {name: rows.astype(complex) for name, rows in inputs.items()}
+    shifted["q"] = shifted["q"] + np.array([1e-200j, 0.0])
+    (found,) = call(compile_system(system, tmp_path, real="complex"), "everything", shifted)
+    step = 1e-6
+    ahead = expected(system, refs, {**inputs, "q": inputs["q"] + [step, 0.0]})
+    behind = expected(system, refs, {**inputs, "q": inputs["q"] - [step, 0.0]})
+    error = np.max(np.abs(found.imag * 1e200 - (ahead - behind) / (2 * step)), axis=0)
+    assert {op.name for op, worst in zip(ops, error, strict=True) if not worst < 1e-8} == set()
+    assert np.max(np.abs(found.imag)) * 1e200 > 0.5
+
+
+def test_negative_bases_of_powers_keep_their_derivative(tmp_path: Path) -> None:
+    tape = Tape()
+    power = tape.call(Op.POW, tape.input("q", 0), tape.input("q", 1))
+    system = make_system("power", tape, [Function("power", "", ("q",), (Block("y", (1,), (power,)),))])
+    (found,) = call(compile_system(system, tmp_path, real="complex"), "power", {"q": np.array([-1.5 + 1e-200j, 3.0])})
+    assert found[0].real == pytest.approx(-3.375, rel=1e-15)
+    assert found[0].imag * 1e200 == pytest.approx(3 * 1.5**2, rel=1e-14)
+
+
+def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) -> None:
+    tape = Tape()
+    q = [tape.input("q", k) for k in range(2)]
+    chosen = tape.select(tape.call(Op.LT, q[0], q[1]), q[0], tape.call(Op.SQRT, tape.sub(q[1], q[0])))
+    block = Block("y", (2,), (chosen, tape.call(Op.SIN, tape.mul(q[0], q[1]))))
+    system = make_system("selection", tape, [Function("selection", "", ("q",), (block,))])
+    for real in ("double", "lanes"):
+        library = compile_system(system, tmp_path, real=real)
+        (found,) = call(library, "selection", {"q": np.array([[1.0, 2.0], [3.0, 2.0], [np.inf, 1.0]])})
+        assert found[0, 0] == 1.0
+        assert np.isnan(found[1, 0])
+        assert found[0, 1] == pytest.approx(np.sin(2.0), abs=1e-16)
+        assert np.isnan(found[2, 1])

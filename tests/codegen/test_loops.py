@@ -1,0 +1,106 @@
+"""Maps: a loop in C gives the bits of its unrolled form, and its code does not grow with the number of elements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.loops import runs
+from eomgen.codegen.render import generate_files
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.map import Map, MapResults, add_map, unroll
+from eomgen.symbolic.tape import Op, Ref, Tape
+from eomgen.system import Block, Factor, Function, System
+from tests.codegen.hand_made import call, compile_program, make_system
+
+
+def chain(tape: Tape, count: int, kind: str) -> MapResults:
+    """Return a chain of springs between neighbours: energy (sum), accumulated angle (carry), force and stretch (rows)."""
+    kernel = Tape()
+    left, right, angle = kernel.input("gather", 0), kernel.input("gather", 1), kernel.input("carry", 0)
+    stiffness, scale = kernel.input("element", 0), kernel.input("shared", 0)
+    stretch = kernel.sub(right, left)
+    force = kernel.mul(kernel.mul(stiffness, scale), kernel.call(Op.SIN, stretch))
+    turned = kernel.add(angle, kernel.call(Op.COS, stretch))
+    q = [tape.input("q", k) for k in range(count + 1)]
+    loop = Map(
+        kernel=kernel,
+        count=count,
+        elements=(tuple(1.0 + 0.1 * k for k in range(count)),),
+        shared=(tape.input("p", 0),),
+        gather=(tuple(q[:-1]), tuple(q[1:])),
+        initial=(-tape.mul(q[0], q[1]),),
+        sums=(kernel.mul(force, stretch),),
+        last=(turned,),
+        stacked=(force, -kernel.mul(turned, stretch)),
+        label="springs of the chain",
+    )
+    return add_map(tape, loop) if kind == "loop" else unroll(tape, loop)
+
+
+def chain_system(count: int, kind: str) -> System:
+    tape = Tape()
+    results = chain(tape, count, kind)
+    rows: list[Ref] = [ref for row in results.rows for ref in row]
+    mixed = tape.mul(results.rows[1][0], results.sums[0])
+    blocks = (
+        Block("rows", (count, 2), tuple(rows)),
+        Block("force", (count,), tuple(-row[0] for row in results.rows)),
+        Block("rest", (3,), (results.sums[0], -results.last[0], mixed)),
+    )
+    functions = [Function("chain", "a chain", ("p", "q"), blocks), Function("again", "the same", ("p", "q"), blocks[2:])]
+    return make_system("chain", tape, functions, initial_q=(0.0,) * (count + 1), factors=tuple(_factors(count + 1)))
+
+
+def _factors(count: int) -> list[Factor]:
+    return [Factor("R", f"q{k}", k, 1, k, 1) for k in range(count)]
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
+def test_loop_equals_unrolled_and_the_tape(real: str, cache: Path, rng: np.random.Generator) -> None:
+    count = 9
+    looped = compile_program(to_program(chain_system(count, "loop")), cache, real=real, profile="reproducible")
+    unrolled = compile_program(to_program(chain_system(count, "unrolled")), cache, real=real, profile="reproducible")
+    point = {"p": [1.3, 0.0], "q": rng.uniform(-1, 1, (3, count + 1))}
+    for name in ("chain", "again"):
+        here, there = call(looped, name, point), call(unrolled, name, point)
+        assert all(np.array_equal(a, b) for a, b in zip(here, there, strict=True))  # zeros of either sign are equal
+    system = chain_system(count, "loop")
+    wanted = evaluate(system.tape, system.functions["chain"].refs, {"p": point["p"], "q": point["q"][1]})
+    found = np.concatenate([array[1] for array in call(looped, "chain", point)])
+    assert np.max(np.abs(found - wanted)) < (2e-5 if real == "float" else 2e-14)
+
+
+def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
+    def statements(count: int) -> int:
+        text = generate_files(to_program(chain_system(count, "loop")))["chain.c"]
+        return sum(line.rstrip().endswith(";") for line in text.splitlines() if "q[" not in line or "K(" not in line)
+
+    assert statements(100) == statements(20)
+    text = generate_files(to_program(chain_system(100, "loop")))["chain.c"]
+    assert text.count("chain_loop1(const real") == 1
+    assert "/* springs of the chain: 100 elements. */" in text
+
+
+def test_loops_survive_chunks_and_files(cache: Path) -> None:
+    point = {"p": [1.3, 0.0], "q": np.linspace(0, 1, 10)}
+    whole = compile_program(to_program(chain_system(9, "loop")), cache, profile="reproducible")
+    cut = compile_program(to_program(chain_system(9, "loop"), part_limit=1), cache, profile="reproducible", file_limit=2)
+    assert [a.tobytes() for a in call(whole, "chain", point)] == [b.tobytes() for b in call(cut, "chain", point)]
+
+
+def test_runs_cover_every_place_once() -> None:
+    places = [(0, 5), (1, 6), (2, 7), (3, 8), (9, 1), (4, 0), (6, 0), (8, 0), (10, 0), (11, 3)]
+    found = list(runs(places))
+    assert found[0] == (0, 5, 1, 1, 4)
+    assert (4, 0, 2, 0, 4) in found
+    spread = [(to + k * to_step, start + k * step) for to, start, to_step, step, length in found for k in range(length)]
+    assert spread == places

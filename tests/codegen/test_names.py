@@ -1,0 +1,50 @@
+"""Names from outside stay distinct, legal and harmless."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eomgen.codegen.names import check_prefix, comment, mangle, output_name
+from eomgen.errors import ModelError
+
+names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
+
+
+@given(names, names)
+@settings(max_examples=400, deadline=None)
+def test_mangling_is_injective_and_legal(first: str, second: str) -> None:
+    assert re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", mangle(first))
+    assert (mangle(first) == mangle(second)) == (first == second)
+
+
+def test_ordinary_names_stay_readable() -> None:
+    assert mangle("k_upper") == "p_k_upper"
+    assert mangle("arm.mass") == "p_arm_Z2e_mass"
+    assert mangle("a_Zb") == "p_a_Z5f_Zb"
+
+
+@given(st.text(max_size=60))
+@settings(max_examples=300, deadline=None)
+def test_comments_cannot_end_or_continue(text: str) -> None:
+    clean = comment(text)
+    assert not re.search(r"\*|//|\?\?|\\|\n|[^\x20-\x7e]", clean)
+
+
+def test_long_comments_are_cut() -> None:
+    assert comment("a" * 500) == "a" * 197 + "..."
+
+
+def test_outputs_avoid_inputs_locals_and_words() -> None:
+    assert [output_name(name, ("q", "p")) for name in ("M", "q", "x12", "w", "double", "K")] == [
+        "M", "q_out", "x12_out", "w_out", "double_out", "K",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["", "1arm", "arm-2", "a b", "é", "main", "EG", "eomgen_real", 'x";system("'])
+def test_prefixes_that_cannot_be_are_refused(name: str) -> None:
+    with pytest.raises(ModelError, match=r"is not a C identifier|is taken by the generated code"):
+        check_prefix(name)

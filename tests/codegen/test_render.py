@@ -1,0 +1,179 @@
+"""The emitted folder: same bytes always, compiles under strict flags, runs without Python, overwrites nothing of others."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.layout import interface_layout
+from eomgen.codegen.render import generate_files, generate_interface, write_folder
+from eomgen.errors import FileError
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import Op, Tape
+from eomgen.system import Block, Function, Quantity, System
+from tests.codegen.hand_made import make_system, pendulum
+
+STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
+HOSTILE = [
+    "*/ int x; /*", 'a"b', "a\\", "double", "??/", "é", "a b", "a_b", "a.b", "p", "K(1)", "#define", "{{ 7*7 }}", "%s\n#error",
+]  # fmt: skip
+
+
+def hostile() -> System:
+    tape = Tape()
+    refs = []
+    for k, name in enumerate(HOSTILE):
+        with tape.block(name):
+            refs.append(tape.mul(tape.input("p", k), tape.call(Op.SIN, tape.input("q", 0))))
+    parameters = tuple(Quantity(name, 0.5 + k, unit=name, description=name) for k, name in enumerate(HOSTILE))
+    function = Function("f", HOSTILE[0], ("p", "q", "v"), (Block("q", (len(refs),), tuple(refs), HOSTILE[0]),))
+    return make_system("hostile", tape, [function], parameters=parameters, description=HOSTILE[0], notes=tuple(HOSTILE))
+
+
+def compile_and_run(folder: Path, *flags: str) -> str:
+    cc = shutil.which("cc") or "gcc"
+    sources = sorted(str(path) for path in folder.glob("*.c"))
+    subprocess.run([cc, *STRICT, *flags, *sources, "-o", str(folder / "program"), "-lm"], check=True, capture_output=True)
+    return subprocess.run([str(folder / "program")], check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.parametrize("flags", [["-fsanitize=address,undefined", "-fno-sanitize-recover"], ["-DEOMGEN_REAL_FLOAT"],
+                                   ["-DEOMGEN_REAL_COMPLEX"], ["-DEOMGEN_REAL_LANES", "-Wno-psabi"]])  # fmt: skip
+@pytest.mark.parametrize("make", [pendulum, hostile])
+def test_folder_stands_alone_under_strict_flags(make, flags: list[str], tmp_path: Path) -> None:
+    system = make()
+    folder = write_folder(generate_files(to_program(system)), tmp_path / "model")
+    lines = [line.split(",") for line in compile_and_run(folder, *flags).splitlines()]
+    printed = {name: [float(x) for x in values] for name, *values in lines}
+    point = {"p": [parameter.value for parameter in system.parameters], "q": system.initial_q, "v": system.initial_v}
+    tolerance = 1e-6 if "-DEOMGEN_REAL_FLOAT" in flags else 1e-14
+    for function in system.functions.values():
+        values = printed[f"{function.name}.{function.outputs[0].name}"]
+        assert values == pytest.approx(list(evaluate(system.tape, function.refs, point)), rel=tolerance)
+
+
+def test_hostile_names_reach_no_file_unmangled() -> None:
+    program = to_program(hostile())
+    files = generate_files(program)
+    files |= generate_interface(program, files)
+    telling = [word for word in HOSTILE if word not in ("double", "p", "#define", "a_b")]  # those are C anyway, or legal members
+    for name, text in files.items():
+        code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) if name.endswith((".c", ".h")) else text
+        found = [word for word in telling if word in code and (name.endswith((".c", ".h")) or "*/" in word or "{{" in word)]
+        assert not found, name
+        assert " 49" not in code, f"{name}: a name was rendered as a template"
+    members = [parameter.member for parameter in program.parameters]
+    assert len(set(members)) == len(HOSTILE)
+
+
+def test_header_serves_cpp(tmp_path: Path) -> None:
+    compiler = shutil.which("c++")
+    assert compiler is not None, "the test needs a C++ compiler"
+    folder = write_folder(generate_files(to_program(pendulum())), tmp_path / "model")
+    source = tmp_path / "use.cpp"
+    source.write_text('#include "model/pendulum.h"\npendulum_parameters p; real area = PENDULUM_NQ;\n', encoding="utf-8")
+    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-c", str(source), "-o", str(tmp_path / "use.o")], check=True)
+    assert (folder / "pendulum.h").is_file()
+
+
+def test_bytes_do_not_depend_on_the_hash_seed() -> None:
+    script = (
+        "import hashlib\n"
+        "from eomgen.codegen.convert import to_program\n"
+        "from eomgen.codegen.render import generate_files, generate_interface\n"
+        "from tests.codegen.test_schedule import tangled\n"
+        "program = to_program(tangled(), part_limit=50)\n"
+        "files = generate_files(program, file_limit=300)\n"
+        "files |= generate_interface(program, files)\n"
+        "print(hashlib.sha256((program.to_json() + repr(sorted(files.items()))).encode()).hexdigest())\n"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", script], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
+        ).stdout
+        for seed in ("1", "4242")
+    }
+    assert len(found) == 1
+
+
+def test_program_and_layout_are_json_and_agree() -> None:
+    program = to_program(pendulum())
+    data = json.loads(program.to_json())
+    layout = interface_layout(program)
+    assert [function["name"] for function in data["functions"]] == ["mass", "coupling"]
+    assert layout == json.loads(json.dumps(layout))
+    assert layout["functions"][1]["input_sizes"] == [2, 2, 2]
+    assert layout["functions"][0]["outputs"][0] | {"description": ""} == {
+        "name": "M", "argument": "M", "shape": [2, 2], "size": 4, "description": "",
+    }  # fmt: skip
+    assert [(p["name"], p["value"], p["unit"]) for p in layout["parameters"]] == [("mass", 2.0, "kg"), ("length", 0.5, "m")]
+    assert "parts" not in layout["functions"][0]
+
+
+def test_the_manifest_tells_how_to_compile_and_what_is_there() -> None:
+    files = generate_files(to_program(pendulum()))
+    manifest = json.loads(files["manifest.json"])
+    assert manifest["files"] == sorted(files)
+    assert manifest["compile"] == "cc -std=c99 -O2 -ffp-contract=off main.c pendulum.c -o pendulum -lm"
+    assert manifest["functions"]["mass"]["counts"]["multiplications"] == 4
+    assert manifest["compile"] in files["README.md"]
+
+
+def test_numbers_round_trip_through_the_text() -> None:
+    tape = Tape()
+    values = [0.1, 1e-310, 1.7976931348623157e308, 1 / 3, 2**-1074, 123456789.125]
+    refs = tuple(tape.constant(value) for value in values)
+    function = Function("f", "", ("q",), (Block("y", (len(refs),), refs),))
+    text = generate_files(to_program(make_system("one", tape, [function])))["one.c"]
+    found = [float(line.split("K(")[1].split(")")[0]) for line in text.splitlines() if line.strip().startswith("y[")]
+    assert found == values
+
+
+def test_writing_again_replaces_and_removes_its_own_files(tmp_path: Path) -> None:
+    files = generate_files(to_program(pendulum()))
+    manifest = json.dumps({"generator": "eomgen", "files": [*files, "old.c"]})
+    folder = write_folder({**files, "manifest.json": manifest}, tmp_path / "model")
+    (folder / "old.c").write_text("old", encoding="utf-8")
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    write_folder(files, folder)
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*files, "notes.txt"])
+    assert (folder / "pendulum.c").read_text(encoding="utf-8") == files["pendulum.c"]
+
+
+def test_a_folder_of_someone_else_is_left_alone(tmp_path: Path) -> None:
+    thesis = tmp_path / "thesis"
+    thesis.mkdir()
+    (thesis / "main.c").write_text("precious", encoding="utf-8")
+    with pytest.raises(FileError, match=r"not written by eomgen .* nothing was overwritten; try: a new or empty folder"):
+        write_folder(generate_files(to_program(pendulum())), thesis)
+    assert [(path.name, path.read_text(encoding="utf-8")) for path in thesis.iterdir()] == [("main.c", "precious")]
+    with pytest.raises(FileError, match="is a file, not a folder"):
+        write_folder({}, thesis / "main.c")
+
+
+def test_a_manifest_cannot_remove_files_elsewhere(tmp_path: Path) -> None:
+    outside = tmp_path / "outside.txt"
+    outside.write_text("stay", encoding="utf-8")
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (folder / "manifest.json").write_text(json.dumps({"generator": "eomgen", "files": ["../outside.txt"]}), encoding="utf-8")
+    write_folder(generate_files(to_program(pendulum())), folder)
+    assert outside.read_text(encoding="utf-8") == "stay"
+
+
+def test_the_fingerprint_changes_with_the_code_only() -> None:
+    def fingerprint(system: System) -> str:
+        return str(json.loads(generate_files(to_program(system))["manifest.json"])["fingerprint"])
+
+    assert fingerprint(pendulum()) == fingerprint(pendulum())
+    assert fingerprint(pendulum()) != fingerprint(hostile())
+    assert np.all([character in "0123456789abcdef" for character in fingerprint(pendulum())])

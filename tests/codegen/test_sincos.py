@@ -1,0 +1,99 @@
+"""The sine and cosine of generated code: accuracy against mpmath, the origin of their constants, large and special arguments."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from eomgen.codegen.render import template_folder
+from eomgen.symbolic.tape import Op, Tape
+from eomgen.system import Block, Function
+from tests.codegen.hand_made import call, compile_system, make_system
+
+HEADER = (template_folder() / "c" / "eomgen_real.h.jinja").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module", params=["quick-double", "fast-double", "fast-lanes"])
+def sincos(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
+    profile, real = request.param.split("-")
+    tape = Tape()
+    t = tape.input("t")
+    block = Block("y", (2,), (tape.call(Op.SIN, t), tape.call(Op.COS, t)))
+    system = make_system("circle", tape, [Function("circle", "", ("t",), (block,))])
+    library = compile_system(system, tmp_path_factory.mktemp("circle"), profile=profile, real=real)
+    return lambda x: call(library, "circle", {"t": np.asarray(x).reshape(-1, 1)})[0]
+
+
+def errors(x: np.ndarray, found: np.ndarray) -> float:
+    with mpmath.workdps(40):
+        pairs = ((mpmath.mpf(float(a)), y) for a, y in zip(x, found, strict=True))
+        return float(max(max(abs(mpmath.sin(a) - float(y[0])), abs(mpmath.cos(a) - float(y[1]))) for a, y in pairs))
+
+
+@pytest.mark.parametrize("limit", [1e-3, 1.0, 10.0, 1e5, 1e6])
+def test_absolute_error_stays_below_one_unit(sincos, limit: float, rng: np.random.Generator) -> None:
+    quarters = np.round(rng.uniform(-limit, limit, 300) / (np.pi / 2)) * (np.pi / 2)  # where the reduction cancels most
+    eighths = quarters + np.pi / 4
+    x = np.concatenate([rng.uniform(-limit, limit, 600), quarters, eighths, np.nextafter(eighths, 0)])
+    assert errors(x, sincos(x)) < 1e-16
+
+
+def test_small_arguments_keep_their_relative_accuracy(sincos) -> None:
+    x = np.concatenate([10.0 ** np.arange(-300, -1), -(10.0 ** np.arange(-20, -1, 0.1))])
+    found = sincos(x)
+    with mpmath.workdps(40):
+        worst = max(abs(mpmath.sin(mpmath.mpf(float(a))) / mpmath.mpf(float(y)) - 1) for a, y in zip(x, found[:, 0], strict=True))
+    assert worst < 2.3e-16
+
+
+def test_large_arguments_are_those_of_a_neighbouring_argument(sincos, rng: np.random.Generator) -> None:
+    for limit in (1e8, 1e10, 1e13):
+        x = rng.uniform(-limit, limit, 200)
+        assert errors(x, sincos(x)) < 1e-16 + np.spacing(limit)
+
+
+def test_huge_arguments_stay_bounded_and_special_ones_give_nan(sincos) -> None:
+    found = sincos([1e14, -1e300, np.finfo(float).max, 2.0**51, np.nan, np.inf, -np.inf])
+    assert np.all(np.abs(found[:4]) <= 1.0)
+    assert np.all(np.isnan(found[4:]))
+
+
+def test_squares_add_to_one(sincos) -> None:
+    found = sincos(np.linspace(-50, 50, 1001))
+    assert np.max(np.abs(np.sum(found**2, axis=1) - 1)) < 4e-16
+
+
+def test_constants_are_minimax_polynomials_and_pieces_of_half_pi() -> None:
+    with mpmath.workdps(60):
+        width = (mpmath.pi / 4) ** 2 * mpmath.mpf("1.0000001")
+
+        def sine(z):
+            r = mpmath.sqrt(z)
+            return (mpmath.sin(r) / r - 1) / z if z > 1e-12 else z / 120 - mpmath.mpf(1) / 6
+
+        def cosine(z):
+            return (mpmath.cos(mpmath.sqrt(z)) - 1 + z / 2) / z**2 if z > 1e-10 else mpmath.mpf(1) / 24 - z / 720
+
+        for name, function in (("sine_tail", sine), ("cosine_tail", cosine)):
+            text = re.search(rf"{name} = (.*?);", HEADER, re.DOTALL)
+            written = [float(number) for number in re.findall(r"EG_WIDE\(([^)]*)\)", text.group(1))]
+            assert written == [float(c) for c in mpmath.chebyfit(function, [mpmath.mpf(0), width], 6)[::-1]]
+        pieces = [float(number) for number in re.findall(r"n \* EG_WIDE\(([^)]*)\)", HEADER)]
+        rest = mpmath.pi / 2
+        for bits, piece in zip((33, 33, 53), pieces, strict=True):
+            mantissa, _ = mpmath.frexp(mpmath.mpf(piece))
+            assert mpmath.ldexp(mantissa, bits) == mpmath.floor(mpmath.ldexp(mantissa, bits))
+            rest -= mpmath.mpf(piece)
+        assert abs(rest) < 1e-36
+
+
+def test_the_header_names_no_function_of_the_library_for_sine(tmp_path: Path) -> None:
+    """Own code gives the same bits everywhere; only the angle of two sides in complex numbers uses the library."""
+    code = re.sub(r"/\*.*?\*/", "", HEADER, flags=re.DOTALL)
+    assert [line.strip() for line in code.splitlines() if re.search(r"(?<![a-z_])(sin|cos)f?\(", line)] == [
+        "const double angle = atan2(creal(y), creal(x)), c = cos(angle), s = sin(angle);"
+    ]
