@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen.build import builder as builder_module
 from eomgen.build import cffi_build
 from eomgen.build.builder import Builder
 from eomgen.build.cache import Cache
