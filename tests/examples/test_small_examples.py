@@ -1,0 +1,164 @@
+"""The small examples against what is known of them: textbook equations, closed forms, published positions, invariants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj, ellipk
+
+import eomgen
+from eomgen import Model
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FOLDERS = sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml"))
+G = 9.81
+
+
+def _model(name: str) -> Model:
+    return eomgen.build(EXAMPLES / name / "scene.toml")
+
+
+def _reference(rates: Callable[[float, np.ndarray], list[float]], start: list[float], end: float) -> np.ndarray:
+    solution = solve_ivp(rates, (0.0, end), start, method="DOP853", rtol=1e-12, atol=1e-13)
+    assert solution.success
+    return solution.y[:, -1]
+
+
+def _errors_of_halved_steps(model: Model, end: float, step: float, error: Callable[[np.ndarray], float]) -> list[float]:
+    return [error(model.simulate(end, step / part).q[-1]) for part in (1, 2)]
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_each_folder_has_a_readme_with_its_picture_and_runs_as_it_says(name: str) -> None:
+    readme = (EXAMPLES / name / "README.md").read_text(encoding="utf-8")
+    assert f"]({name}.png)" in readme
+    assert (EXAMPLES / name / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert "## Reference" in readme
+    run = _model(name).simulate(0.5)
+    assert run.success, run.message
+    assert np.all(np.isfinite(run.q)) and run.outputs
+
+
+def _double_pendulum(t: float, y: np.ndarray) -> list[float]:
+    """Two point masses; angles from the vertical; support at (0.04 sin 5t, 0.02 cos 8t). After any textbook."""
+    m1, m2, l1, l2 = 1.0, 0.6, 0.5, 0.4
+    first, second, w1, w2 = y
+    side, up = -0.04 * 25.0 * math.sin(5.0 * t), G - 0.02 * 64.0 * math.cos(8.0 * t)
+    c, s = math.cos(first - second), math.sin(first - second)
+    matrix = [[(m1 + m2) * l1**2, m2 * l1 * l2 * c], [m2 * l1 * l2 * c, m2 * l2**2]]
+    right = [
+        -m2 * l1 * l2 * s * w2**2 - (m1 + m2) * l1 * (up * math.sin(first) + side * math.cos(first)),
+        m2 * l1 * l2 * s * w1**2 - m2 * l2 * (up * math.sin(second) + side * math.cos(second)),
+    ]
+    return [w1, w2, *np.linalg.solve(matrix, right)]
+
+
+def test_double_pendulum_follows_the_textbook() -> None:
+    model, end = _model("double_pendulum_on_shaking_base"), 5.0
+    first, second, *_ = _reference(_double_pendulum, [0.8, 0.5, 0.0, 0.0], end)
+    coarse, fine = _errors_of_halved_steps(model, end, 1e-3, lambda q: float(np.hypot(q[0] - first, q[0] + q[1] - second)))
+    assert coarse < 2e-4
+    assert coarse / fine == pytest.approx(4.0, rel=0.05)  # second order
+    exact = model.simulate(end, 1e-3, method="rk4").q[-1]
+    assert exact == pytest.approx([first, second - first], abs=1e-8)
+
+
+def _kapitza(t: float, y: np.ndarray) -> list[float]:
+    """Angle from the lower vertical; support at height 0.02 cos 150t, length 0.25."""
+    return [y[1], -(G - 0.02 * 150.0**2 * math.cos(150.0 * t)) / 0.25 * math.sin(y[0])]
+
+
+def test_pendulum_on_shaking_base_follows_the_textbook_and_stays_upright() -> None:
+    model, end = _model("pendulum_on_shaking_base"), 3.0
+    angle, _ = _reference(_kapitza, [math.pi - 0.2, 0.0], end)
+    coarse, fine = _errors_of_halved_steps(model, end, 2e-4, lambda q: abs(float(q[0]) - angle))
+    assert coarse < 1e-3
+    assert coarse / fine == pytest.approx(4.0, rel=0.05)
+    assert model.simulate(end, 2e-4, method="rk4").q[-1, 0] == pytest.approx(angle, abs=5e-8)
+    assert np.abs(model.simulate().outputs["lean"]).max() < 0.25
+
+
+def test_pendulum_on_shaking_base_sways_at_kapitza_s_frequency() -> None:
+    run = _model("pendulum_on_shaking_base").simulate(4.5)
+    period = round(2.0 * math.pi / 150.0 / 2e-4)  # of the support, in steps: averaged out
+    lean = np.convolve(run.outputs["lean"], np.ones(period) / period, mode="same")[300:-300]
+    crossings = np.flatnonzero(np.diff(np.sign(lean)) > 0) * 2e-4
+    slow = 2.0 * math.pi / np.mean(np.diff(crossings))
+    # averaging: slow^2 = (amplitude frequency)^2 / (2 length^2) - g / length; its error is of order (slow / 150)^2 and the
+    # squared amplitude of the sway, 0.2^2
+    assert slow == pytest.approx(math.sqrt((0.02 * 150.0) ** 2 / (2.0 * 0.25**2) - G / 0.25), rel=0.03)
+
+
+def test_spherical_pendulum_sweeps_its_cone() -> None:
+    mass, length, across, along, tilt, end = 2.0, 0.7, 0.03, 0.008, 0.6, 4.0
+    rate = math.sqrt(mass * G * length / ((across + mass * length**2 - along) * math.cos(tilt)))
+    bob = length * np.array([math.sin(tilt) * math.cos(rate * end), math.sin(tilt) * math.sin(rate * end), -math.cos(tilt)])
+    model = _model("spherical_pendulum")
+    for method in ("generalized_alpha", "rk4"):
+        # the angular velocity in body axes is constant, and both methods move by the group's exponential: exact at any step
+        for step in (1e-2, 1e-3):
+            run = model.simulate(end, step, method=method)
+            np.testing.assert_allclose(run.outputs["bob"][-1], bob, atol=1e-13)
+            np.testing.assert_allclose(run.outputs["bob"][:, 2], -length * math.cos(tilt), atol=1e-13)
+
+
+TOP_AT_1 = np.array([0.173343964098, 0.640088592070, -0.748490791134])
+TOP_AT_2 = np.array([-0.150416822746, -0.724165591637, -0.673022269560])
+
+
+def test_fast_top_reaches_the_published_positions() -> None:
+    model = _model("fast_top_joint_coordinates")
+    errors = []
+    for step in (1e-4, 5e-5):
+        run = model.simulate(2.0, step)
+        errors.append(float(np.linalg.norm(run.outputs["center"][-1] - TOP_AT_2)))
+        assert np.linalg.norm(run.outputs["center"][len(run.t) // 2] - TOP_AT_1) < 4.0 * errors[-1]
+    assert errors[0] < 5e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    runs = [model.simulate(2.0, step, method="rk4") for step in (1e-4, 5e-5)]
+    coarse, fine = (float(np.linalg.norm(run.outputs["center"][-1] - TOP_AT_2)) for run in runs)
+    assert fine < 5e-9
+    assert coarse / fine == pytest.approx(16.0, rel=0.1)  # fourth order
+    assert np.linalg.norm(runs[1].outputs["center"][20000] - TOP_AT_1) < 5e-9
+    np.testing.assert_allclose(runs[1].v[-1], [0.12223321948, 150.0, -5.85562458920], atol=5e-8)
+    assert runs[1].outputs["energy"] == pytest.approx(np.full(40001, 5435.696790866), rel=1e-11)
+
+
+def _torque_free(t: np.ndarray) -> np.ndarray:
+    """Angular velocity by Jacobi's elliptic functions, for a start without rotation about the axis of smallest inertia."""
+    first, second, third = 0.01, 0.02, 0.03
+    spin, tumble = 6.0, 0.01
+    energy, momentum = second * spin**2 + third * tumble**2, (second * spin) ** 2 + (third * tumble) ** 2
+    a = math.sqrt((energy * third - momentum) / (first * (third - first)))
+    c = math.sqrt((momentum - energy * first) / (third * (third - first)))
+    pace = math.sqrt((third - second) * (momentum - energy * first) / (first * second * third))
+    modulus = (second - first) * (energy * third - momentum) / ((third - second) * (momentum - energy * first))
+    sn, cn, dn, _ = ellipj(pace * t + ellipk(modulus), modulus)
+    return np.stack([a * cn, spin * sn, c * dn], axis=1)
+
+
+def test_free_body_flips_as_the_elliptic_functions_say() -> None:
+    model = _model("free_spinning_body")
+    run = model.simulate(method="rk4")
+    expected = _torque_free(run.t)
+    assert expected[:, 1].min() < -5.99  # it does turn over
+    np.testing.assert_allclose(run.v[:, :3], expected, atol=1e-8)
+    at_five = _torque_free(np.array([5.0]))[0]
+    errors = [float(np.linalg.norm(model.simulate(5.0, step).v[-1, :3] - at_five)) for step in (1e-3, 5e-4)]
+    assert errors[0] < 2e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_free_body_keeps_energy_and_momentum() -> None:
+    run = _model("free_spinning_body").simulate(method="rk4")
+    inertia = np.array([0.01, 0.02, 0.03])
+    spatial = Rotation.from_quat(run.q[::50, [1, 2, 3, 0]]).apply(inertia * run.v[::50, :3])
+    np.testing.assert_allclose(spatial, np.broadcast_to([0.0, 0.12, 0.0003], spatial.shape), atol=1e-10)
+    assert run.outputs["energy"] == pytest.approx(np.full(len(run.t), 0.5 * (0.02 * 36.0 + 0.03 * 1e-4 + 0.4 * 0.04)), rel=1e-10)
+    np.testing.assert_allclose(run.q[:, 4:], np.outer(run.t, [0.2, 0.0, 0.0]), atol=2e-9)  # the centre of mass goes straight on
