@@ -35,7 +35,8 @@ class BoundCall:
         self._count = count
 
     def __call__(self) -> None:
-        self._call(self._function, self._count, self._inputs, self._strides, self._outputs)
+        if self._call(self._function, self._count, self._inputs, self._strides, self._outputs):
+            raise MemoryError("the compiled model could not allocate memory for its arguments")
 
 
 class Library:

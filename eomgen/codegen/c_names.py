@@ -96,6 +96,12 @@ class CNames:
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])])
 
+    def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
+        """Return the local copies of those interfaces, name and size; structs and the time need none."""
+        inputs = [(block, self.input_size(block)) for block in function.inputs if block not in ("p", "t", "base")]
+        outputs = [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
+        return inputs + outputs
+
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
         """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their own."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]

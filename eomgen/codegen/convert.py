@@ -14,6 +14,9 @@ from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
+#: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
+WORKSPACE_LIMIT = 500_000
+
 BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
 
 
@@ -120,6 +123,11 @@ def _function(
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit, loop_numbers)
+    if result.workspace > WORKSPACE_LIMIT:
+        raise ModelError(
+            f"function {name} keeps {result.workspace} values on the stack, more than {WORKSPACE_LIMIT}",
+            "fewer elements, or without this function",
+        )
     return ProgramFunction(
         name=name,
         description=function.description,
