@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eomgen.errors import ModelError, UsageError
+from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -106,13 +106,13 @@ def build(
     ------
     DescriptionError, ModelError, ToolchainError, FileError
     """
-    from eomgen.runtime.methods import canonical_name, terms_of  # noqa: PLC0415
+    from eomgen.runtime.methods import terms_of  # noqa: PLC0415
     from eomgen.runtime.model import Model  # noqa: PLC0415
 
     scene = as_scene(scene)
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
-    library = _library(scene, terms, canonical_name(method or scene.simulation.method), profile, real)
+    library = _library(scene, terms, _method_name(scene, method), profile, real)
     return Model(scene, library, lambda other: _library(scene, terms_of(other), other, profile, real))
 
 
@@ -121,13 +121,26 @@ def as_scene(scene: Scene | str | Path) -> Scene:
     return scene if isinstance(scene, Scene) else load(scene)
 
 
+def _method_name(scene: Scene, method: str | None) -> str:
+    """Return the method asked for, or the scene's. Raises UsageError or DescriptionError when there is none of that name."""
+    from eomgen.runtime.methods import canonical_name  # noqa: PLC0415
+
+    if method is not None:
+        return canonical_name(method)
+    try:
+        return canonical_name(scene.simulation.method)
+    except UsageError as error:
+        place = scene.source.get("simulation.method", scene.name)
+        raise DescriptionError([Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]) from None
+
+
 def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
     """Return the Program, and why it has no stepper where it has none."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.specification import method_data  # noqa: PLC0415
     from eomgen.runtime.methods import method_named  # noqa: PLC0415
 
-    chosen = method_named(method or scene.simulation.method, scene.simulation.rho_inf)
+    chosen = method_named(_method_name(scene, method), scene.simulation.rho_inf)
     system = derive(scene, terms)
     try:
         data, refusal = method_data(chosen, system, scene.simulation.step), ""

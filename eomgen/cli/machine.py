@@ -21,16 +21,17 @@ def schema() -> None:
 
 
 @click.command()
+@click.option("--quiet", is_flag=True, help="Print only what is not fine.")
 @json_option
 @debug_option
-def doctor(as_json: bool) -> int:
+def doctor(quiet: bool, as_json: bool) -> int:
     """Examine what building a model needs, and say what mends what is broken."""
     from eomgen.build.doctor import examine  # noqa: PLC0415  # looks for the compiler
 
-    checks = examine()
+    checks = [check for check in examine() if not (quiet and check.ok)]
     if as_json:
         print_json([dataclasses.asdict(check) for check in checks])
-    else:
+    elif checks:
         marks = {(True, True): "fine", (True, False): "fine", (False, True): "BROKEN", (False, False): "worse"}
         rows = [(check.name, marks[check.ok, check.needed], check.found, check.remedy) for check in checks]
         print_table("", ("item", "", "found", "try"), rows)

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Smaller changes are shown as none: they are rounding errors.
+_FLAT = 1e-12
 _QUANTITIES = {
     "rad": "angle", "m": "position", "1": "quaternion", "rad/s": "angular velocity", "m/s": "velocity",
     "J": "energy", "W": "power",
@@ -126,6 +128,9 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
     axis.set_ylabel(quantity if unit == "1" else f"{quantity} / {unit}" if quantity else f"/ {unit}" if unit else "")
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
+    low, high = axis.get_ylim()
+    if high - low < _FLAT:
+        axis.set_ylim(0.5 * (low + high) - _FLAT, 0.5 * (low + high) + _FLAT)
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
     axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=9)
 

@@ -123,7 +123,8 @@ def _steps(start: float, end: float, step: float) -> int:
     count = (end - start) / step
     if count > 1e15:
         raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
-    return max(0, math.ceil(count * (1.0 - 1e-12) - 1e-9))
+    whole = round(count)
+    return whole if abs(count - whole) <= 1e-9 * max(1.0, count) else math.ceil(count)
 
 
 def _number(name: str, value: object) -> float:
