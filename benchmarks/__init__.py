@@ -1,0 +1,1 @@
+"""Timings side by side with peers; see README.md. Nothing in eomgen imports this folder."""

@@ -1,0 +1,83 @@
+"""What generation_time measures, in a process of its own: imports nothing before its clock runs.
+
+    python -m benchmarks.stages stages '{"urdf": "arm.urdf", "root": "fixed", "lock": [], "terms": [], "method": "rk4", ...}'
+"""
+
+# ruff: noqa: PLC0415  # importing is part of what is measured
+from __future__ import annotations
+
+import time
+
+_START = time.perf_counter()
+
+
+class Lap:
+    """Seconds since the last call, from the start of the process's own code on."""
+
+    def __init__(self) -> None:
+        self.last = _START
+
+    def __call__(self) -> float:
+        now = time.perf_counter()
+        taken, self.last = now - self.last, now
+        return taken
+
+
+def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str, mark: str) -> dict[str, float]:
+    """Go through the stages by hand; return wall seconds of each, CPU seconds of all with the compilers', and kB of C."""
+    lap = Lap()
+    import resource
+
+    from eomgen.build.builder import Builder
+    from eomgen.codegen.convert import to_program
+    from eomgen.codegen.interface import INTERFACE_CDEF
+    from eomgen.codegen.layout import interface_layout
+    from eomgen.codegen.render import generate_files, generate_interface
+    from eomgen.integrators.specification import method_data
+    from eomgen.mechanics.derive import derive
+    from eomgen.runtime.methods import method_named
+    from eomgen.scene.reader import load
+
+    seconds = {"import": lap()}
+    scene = load(urdf, root=root, lock=lock)
+    seconds["read"] = lap()
+    system = derive(scene, terms)
+    seconds["derive"] = lap()
+    program = to_program(system, method_data(method_named(method), system, scene.simulation.step))
+    seconds["program"] = lap()
+    files = generate_files(program)
+    everything = {**files, **generate_interface(program, files)}
+    layout = interface_layout(program)
+    seconds["files"] = lap()
+    Builder().build(mark.encode(), everything, INTERFACE_CDEF, layout)
+    seconds["compile"] = lap()
+    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    seconds["cpu"] = sum(one.ru_utime + one.ru_stime for one in usage)
+    seconds["kB of C"] = sum(len(text) for name, text in files.items() if name.endswith(".c")) / 1e3
+    return seconds
+
+
+def first_step(urdf: str, root: str, lock: list[str], terms: list[str], method: str) -> dict[str, float]:
+    """Build (from the cache, where it is there) and take one step; wall seconds."""
+    lap = Lap()
+    import eomgen
+
+    seconds = {"import": lap()}
+    scene = eomgen.load(urdf, root=root, lock=lock)
+    seconds["read"] = lap()
+    model = eomgen.build(scene, terms, method=method)
+    seconds["build"] = lap()
+    solution = model.simulate(1e-3, 1e-3, method=method)
+    seconds["first step"] = lap()
+    if not solution.success:
+        raise RuntimeError(solution.message)
+    seconds["total"] = sum(seconds.values())
+    return seconds
+
+
+if __name__ == "__main__":
+    import json
+    import sys
+
+    task = json.loads(sys.argv[2])
+    print(json.dumps(stages(**task) if sys.argv[1] == "stages" else first_step(**task)))

@@ -1,0 +1,49 @@
+"""The benchmarks' own numbers are right where they can be checked quickly; nothing here asserts a time."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import generation_time, measure, robot_dynamics, stepping
+
+pytest.importorskip("pinocchio", reason="the benchmarks' robots come with pin and example-robot-data")
+
+
+def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status = robot_dynamics.main(["--quick", "--work", str(tmp_path), "--functions", "inverse_dynamics", "forward_dynamics"])
+    lines = capsys.readouterr().out.splitlines()
+    assert status == 0
+    assert [line.partition(",")[0] for line in lines] == [
+        f"{function} {flags}: right" for function in ("inverse_dynamics", "forward_dynamics") for flags in ("O3", "fast")
+    ]
+
+
+def test_a_wrong_result_is_not_timed() -> None:
+    expected = np.array([[1.0, -4.0], [0.0, 2.0]])
+    assert robot_dynamics.error_of(np.array([[1.0, -4.0], [1e-9, 2.0]]), expected) == pytest.approx(2.5e-10)
+    assert robot_dynamics.error_of(expected[:1], expected) == float("inf")
+
+
+def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert generation_time.main(["--quick"]) == 0
+    said = capsys.readouterr().out
+    assert "stages: import, read, derive, program, files, compile, cpu, kB of C" in said
+    assert "first step: import, read, build, first step, total" in said
+    assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
+
+
+def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> None:
+    assert stepping.main(["--quick"]) == 0
+    rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| pendulum")]
+    errors = {row[2].strip(): float(row[9]) for row in rows}
+    assert errors["rk4"] < 1e-5
+    assert errors["generalized_alpha"] < 1e-2
+
+
+def test_tables_line_up() -> None:
+    text = measure.table(["name", "ns"], [["a", "1"], ["longer", "12345"]])
+    assert text.splitlines() == ["| name   | ns    |", "|--------|-------|", "| a      | 1     |", "| longer | 12345 |"]
