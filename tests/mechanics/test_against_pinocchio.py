@@ -6,14 +6,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
-from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file
-from tests.oracles.robots import panda
-from tests.oracles.states import random_states
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.reader import load
 from eomgen.system import System
+from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file
+from tests.oracles.robots import panda
+from tests.oracles.states import random_states
 
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
 ROBOTS: dict[str, tuple[str, str, tuple[str, ...], int]] = {

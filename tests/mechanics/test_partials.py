@@ -1,12 +1,9 @@
-"""Exact partials of the residual against complex step and against the tape's own differentiation, with everything that can act."""
+"""Exact partials of the residual against complex step and the tape's own differentiation, with everything that can act."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.oracles.evaluation import relative_error, tape_evaluator
-from tests.oracles.random_scenes import random_scene, with_base, with_loads
-from tests.oracles.states import jacobian, on_base, random_states
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
@@ -14,6 +11,9 @@ from eomgen.symbolic.configuration import configuration_seeds
 from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.evaluate import evaluate as evaluate_refs
 from eomgen.symbolic.tape import ONE, InputSymbol
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.states import jacobian, on_base, random_states
 
 STATES = 5
 
@@ -68,9 +68,8 @@ def test_partials_cost_less_than_differentiating_the_operations(seed: int) -> No
 
 def test_third_direction_of_a_quaternion_is_a_body_direction(rng) -> None:
     """A top's weight changes with a turn about its own axes: K of a spherical pendulum is m g times known geometry."""
-    from tests.oracles.formulas import rigid_body
-
     from eomgen.scene.scene import Joint
+    from tests.oracles.formulas import rigid_body
 
     body = rigid_body("top", 2.0, (0.1, -0.2, 0.5), (0.3, 0.4, 0.5, 0.0, 0.0, 0.0))
     scene = Scene("top", (body,), (Joint("ball", "spherical", "base", "top", initial_position=(1.0, 0, 0, 0)),))

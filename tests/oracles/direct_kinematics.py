@@ -60,7 +60,7 @@ def poses(scene: Scene, q: Array, base: Pose | None = None) -> dict[str, Pose]:
     return found
 
 
-def _body_data(scene: Scene) -> list[tuple[str, float, Array, Array]]:
+def body_data(scene: Scene) -> list[tuple[str, float, Array, Array]]:
     parameters = parameter_values(scene)
     data = []
     for body in scene.bodies:
@@ -75,7 +75,7 @@ def _jacobians(scene: Scene, factors: Sequence[Factor], q: Array) -> list[tuple[
     nv = sum(factor.v_size for factor in factors)
     moved = poses(scene, displaced(factors, q[..., np.newaxis, :], 1j * STEP * np.eye(nv)))
     found = []
-    for name, mass, center, inertia in _body_data(scene):
+    for name, mass, center, inertia in body_data(scene):
         R, p = moved[name]
         spin = (R.imag / STEP) @ np.swapaxes(R.real, -1, -2)
         angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
@@ -106,4 +106,4 @@ def weight(scene: Scene, factors: Sequence[Factor], q: Array, gravity: Sequence[
 def centers_and_masses(scene: Scene, q: Array, base: Pose | None = None) -> Mapping[str, tuple[float, Array]]:
     """Return mass and centre of mass in the world of every body."""
     placed = poses(scene, q, base)
-    return {name: (mass, placed[name][1] + placed[name][0] @ center) for name, mass, center, _ in _body_data(scene)}
+    return {name: (mass, placed[name][1] + placed[name][0] @ center) for name, mass, center, _ in body_data(scene)}

@@ -8,7 +8,21 @@ import numpy as np
 
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
 from eomgen.scene.scene import (
-    BASE, Base, Body, Effort, Force, Input, Joint, JointType, Output, Parameter, Point, Rotation, Scene, Spring, TorsionSpring,
+    BASE,
+    Base,
+    Body,
+    Effort,
+    Force,
+    Input,
+    Joint,
+    JointType,
+    Output,
+    Parameter,
+    Point,
+    Rotation,
+    Scene,
+    Spring,
+    TorsionSpring,
 )  # fmt: skip
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
@@ -59,7 +73,8 @@ class _Maker:
     def joint(self, name: str, kind: JointType, parent: str, child: str, tunable: float) -> Joint:
         orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
         position = vector([self.maybe_tunable(value, 0.5 * tunable) for value in self.rng.uniform(-0.6, 0.6, 3)])
-        rotor = number(self.rng.uniform(0.0, 0.05)) if kind in ("revolute", "prismatic") and self.rng.uniform() < 0.4 else number(0)
+        geared = kind in ("revolute", "prismatic") and self.rng.uniform() < 0.4
+        rotor = number(self.rng.uniform(0.0, 0.05) if geared else 0.0)
         neutral = {"fixed": (), "revolute": (0.0,), "prismatic": (0.0,), "spherical": (1.0, 0.0, 0.0, 0.0)}.get(
             kind, (1.0, *([0.0] * 6))
         )

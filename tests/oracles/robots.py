@@ -1,6 +1,7 @@
 """Robots whose data are published: the Panda and the Puma 560 in modified Denavit-Hartenberg parameters, and chains of n links.
 
-Panda: Gaz, Cognetti, Oliva, Robuffo Giordano and De Luca, IEEE RA-L 4 (2019) 4147. Puma: Armstrong, Khatib and Burdick, ICRA 1986.
+Panda: Gaz, Cognetti, Oliva, Robuffo Giordano, De Luca, IEEE RA-L 4 (2019) 4147. Puma: Armstrong, Khatib, Burdick, ICRA 1986.
+RX-90 geometry: Khalil and Dombre, Modeling, Identification and Control of Robots (2002).
 """
 
 from __future__ import annotations

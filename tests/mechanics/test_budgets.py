@@ -1,0 +1,158 @@
+"""Exact numbers of operations, committed as budgets, and published numbers of the same robots.
+
+A count that rises is a regression; one that falls is written here with its new value. Counts are additions and multiplications;
+sines, cosines and divisions come on top.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.reader import load
+from eomgen.scene.scene import Scene
+from eomgen.system import System
+from tests.oracles import robots
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.pinocchio_oracle import robot_file
+
+TERMS = ["mass", "coupling", "force", "inverse_dynamics", "forward_dynamics", "partials"]
+
+
+def panda_of_file() -> Scene:
+    fingers = ("panda_finger_joint1", "panda_finger_joint2")
+    return load(robot_file("panda_description/urdf/panda.urdf"), lock=fingers)
+
+
+SCENES = {"panda": robots.panda, "panda.urdf": panda_of_file, "puma": robots.puma, "rx90": robots.rx90}
+#: robot, term, exact count, the published or demanded count that it must not exceed
+COUNTS = [
+    ("panda", "inverse_dynamics", 602, 610),
+    ("panda", "mass", 351, 415),
+    ("panda", "coupling", 567, 583),
+    ("panda", "force", 82, 82),
+    ("panda", "forward_dynamics", 1150, 1229),
+    ("panda", "partials", 3067, 7450),  # 7450: forward differentiation of the same operations
+    ("panda.urdf", "inverse_dynamics", 616, 1093),  # joint damping of the file included
+    ("panda.urdf", "mass", 351, 813),
+    ("panda.urdf", "forward_dynamics", 1164, 2082),
+    ("puma", "inverse_dynamics", 347, 347),
+    ("puma", "mass", 190, 227),
+    ("rx90", "inverse_dynamics", 473, 476),
+    ("rx90", "mass", 222, 258),
+    ("rx90", "coupling", 437, 448),
+    ("rx90", "forward_dynamics", 818, 863),
+]
+
+
+@cache
+def system_of(name: str) -> System:
+    return derive(SCENES[name](), TERMS)
+
+
+@pytest.mark.parametrize(("name", "term", "count", "limit"), COUNTS)
+def test_number_of_operations(name: str, term: str, count: int, limit: int) -> None:
+    assert count <= limit
+    assert system_of(name).counts[term].flops == count
+
+
+def test_mass_and_coupling_share_what_they_have_in_common() -> None:
+    for name, count, limit in (("panda", 918, 998), ("rx90", 659, 706)):
+        system = system_of(name)
+        together = system.tape.counts(system.functions["mass"].refs + system.functions["coupling"].refs).flops
+        assert together == count <= limit, name
+
+
+def test_one_sine_and_one_cosine_per_joint_that_matters() -> None:
+    """The first joint turns about gravity's line and is not seen: 6 of 7 joints enter the Panda's equations."""
+    assert system_of("panda").counts["inverse_dynamics"].functions == 12
+    assert system_of("panda").counts["mass"].divisions == 0
+    assert system_of("panda").counts["forward_dynamics"].divisions <= 7
+
+
+PANDA_NUMBERS = {
+    1.0: (
+        (3.780598310243, 36.80468181363, -8.418587841962, -9.672100913986, -1.310497838996, 1.575781394459, 0.001708005214512),
+        (
+            0.6536279842685, 2.841136569874, 0.3115925100575, 0.6710539368351, 0.03832177484813, 0.03193616749041,
+            0.004909651967361,
+        ),
+    ),
+    2.5: (
+        (4.550037710675, -31.12910696705, 2.41346536709, 14.56063566405, -0.3863529012996, -0.217431385905, 0.0343842387841),
+        None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("t", PANDA_NUMBERS)
+def test_published_trajectory_of_the_panda(t: float) -> None:
+    """Thirteen printed digits, computed before this project by three other routes."""
+    state, (tau, diagonal) = robots.panda_state(t), PANDA_NUMBERS[t]
+    evaluate = tape_evaluator(system_of("panda"))
+    assert relative_error(evaluate("inverse_dynamics", state)["tau"], np.array(tau)) <= 1e-12
+    if diagonal is not None:
+        assert relative_error(np.diag(evaluate("mass", state)["M"]), np.array(diagonal)) <= 1e-12
+
+
+def test_published_state_of_the_puma() -> None:
+    state = {
+        "q": np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]),
+        "v": np.array([1.0, -1.0, 0.5, 0.3, -0.2, 0.1]),
+        "a": np.array([0.5, 0.4, 0.3, 0.2, 0.1, 0.0]),
+    }
+    expected = np.array([2.66645008799, -39.4456081269, -4.44871803297, 0.00428002051613, -0.0230464613534, 4.69905609558e-5])
+    found = tape_evaluator(system_of("puma"))("inverse_dynamics", state)["tau"]
+    np.testing.assert_allclose(found, expected, rtol=5e-12)
+
+
+CHAINS = {"planar": robots.planar_chain, "spatial": robots.spatial_chain}
+#: statements of a chain of n >= 3 equal links: constant, linear and quadratic part
+GROWTH = {
+    ("planar", "coupling"): (-40, 24, 0.0),
+    ("planar", "force"): (-20, 18, 0.0),
+    ("planar", "inverse_dynamics"): (-31, 31, 0.0),
+    ("planar", "mass"): (-25, 9, 4.0),
+    ("spatial", "coupling"): (-179, 121, 0.0),
+    ("spatial", "force"): (-20, 19, 0.0),
+    ("spatial", "inverse_dynamics"): (-145, 122, 0.0),
+    ("spatial", "mass"): (-24, 3.5, 9.5),
+}
+
+
+@pytest.mark.parametrize("chain", CHAINS)
+@pytest.mark.parametrize("count", [4, 5, 6, 7, 8, 12, 16, 17, 32, 64])
+def test_code_grows_with_the_tree_and_no_faster(chain: str, count: int) -> None:
+    """Vectors are linear and M is quadratic in the number of links, exactly, statement by statement."""
+    system = derive(CHAINS[chain](count), TERMS[:4])
+    for term in TERMS[:4]:
+        constant, linear, quadratic = GROWTH[chain, term]
+        assert system.counts[term].statements == constant + linear * count + quadratic * count**2, term
+
+
+@pytest.mark.parametrize("chain", CHAINS)
+def test_partials_grow_quadratically(chain: str) -> None:
+    statements = [derive(CHAINS[chain](count), ["partials"]).counts["partials"].statements for count in range(4, 14)]
+    assert len(set(np.diff(statements, 2))) == 1, statements
+
+
+@pytest.mark.parametrize(("chain", "per_link"), [("planar", 96), ("spatial", 380)])
+def test_forward_dynamics_of_long_chains_is_linear(chain: str, per_link: int) -> None:
+    term = "forward_dynamics"
+    statements = [derive(CHAINS[chain](count), [term]).counts[term].statements for count in (16, 17, 40)]
+    assert statements[1] - statements[0] == per_link, statements
+    assert statements[2] - statements[1] == 23 * per_link, statements
+
+
+def test_body_of_revolution_at_the_tip_is_seen_as_a_rotor() -> None:
+    """Equal second moments across its axis leave a link its axial inertia only; a slight inequality costs operations."""
+    round_link, other_link = ((0.02, second, 0.01, 0, 0, 0) for second in (0.02, 0.021))
+    counts = []
+    for inertia in (round_link, other_link):
+        bodies = [*robots.general_bodies(3), robots.rigid_body("tip", 0.3, (0, 0, 0.1), inertia)]
+        scene = robots.serial_arm("arm", [(90.0, 0.1, 0.2)] * 4, bodies, (0.0, 0.0, -9.81))
+        counts.append(derive(scene, ["inverse_dynamics"]).counts["inverse_dynamics"].flops)
+    assert counts[1] - counts[0] >= 15, counts

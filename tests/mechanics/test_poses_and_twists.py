@@ -1,0 +1,122 @@
+"""Poses, twists, points and the base's law: against matrices multiplied along the tree, and against their own derivatives."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.scene import BASE, Scene
+from eomgen.symbolic.evaluate import evaluate_mpmath
+from tests.oracles import direct_kinematics
+from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.formulas import value_of
+from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
+from tests.oracles.states import derivative, on_base, random_states, rotation_of
+
+STATES = 6
+
+
+def scene_of(seed: int) -> Scene:
+    scene = point_outputs(with_loads(random_scene(seed, 2 + seed % 6, tunable=0.2 * (seed % 2)), seed))
+    return with_base(scene, seed, turning=seed % 3 == 1) if seed % 3 else scene
+
+
+def prepared(seed: int, rng: np.random.Generator) -> tuple[Scene, object, Evaluate, dict[str, Array]]:
+    scene = scene_of(seed)
+    system = derive(scene, ["poses", "twists", "outputs"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    return scene, system, evaluate, on_base(evaluate, state) if scene.base is not None else state
+
+
+def placed(scene: Scene, state: dict[str, Array]) -> dict[str, tuple[Array, Array]]:
+    """Return the poses of all bodies, and of the base, by direct kinematics."""
+    base = (rotation_of(state["base"][:, :4]), state["base"][:, 4:7]) if scene.base is not None else None
+    found = direct_kinematics.poses(scene, state["q"], base)
+    found[BASE] = base if base is not None else (np.broadcast_to(np.eye(3), (STATES, 3, 3)), np.zeros((STATES, 3)))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_poses(seed: int, rng) -> None:
+    scene, system, evaluate, state = prepared(seed, rng)
+    expected, found = placed(scene, state), evaluate("poses", state)["pose"]
+    for k, name in enumerate(system.bodies):
+        R, p = expected[name]
+        assert relative_error(rotation_of(found[:, k, :4]), R, 2) <= 1e-13, name
+        assert relative_error(found[:, k, 4:], p) <= 1e-13, name
+        assert np.abs(np.linalg.norm(found[:, k, :4], axis=1) - 1.0).max() <= 1e-14
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_twists_are_derivatives_of_poses(seed: int, rng) -> None:
+    """omega~ = R^T dR/dt and v = R^T dx/dt, along q' = q tilde(v) and the base's law."""
+    _, system, evaluate, state = prepared(seed, rng)
+    poses = evaluate("poses", state)["pose"]
+    rates = derivative(evaluate, system.factors, "poses", state, {"q": state["v"], "t": np.ones((STATES, 1))})["pose"]
+    twists = evaluate("twists", state)["twist"]
+    for k in range(len(system.bodies)):
+        w, n = poses[:, k, :1], poses[:, k, 1:4]
+        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
+        omega = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot))
+        velocity = np.einsum("kji,kj->ki", rotation_of(poses[:, k, :4]), rates[:, k, 4:])
+        assert relative_error(twists[:, k], np.concatenate([omega, velocity], axis=1)) <= 1e-12
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_points_and_their_velocities_and_accelerations(seed: int, rng) -> None:
+    scene, system, evaluate, state = prepared(seed, rng)
+    y = evaluate("outputs", state)["y"].reshape(STATES, -1, 3, 3)  # state, point, (position, velocity, acceleration), axis
+    along = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
+    rates = derivative(evaluate, system.factors, "outputs", state, along)["y"].reshape(y.shape)
+    expected, parameters = placed(scene, state), direct_kinematics.parameter_values(scene)
+    for k, point in enumerate(scene.points):
+        R, p = expected[point.body]
+        r = np.array([value_of(item, parameters) for item in point.position])
+        assert relative_error(y[:, k, 0], p + R @ r) <= 1e-13, point.name
+        assert relative_error(y[:, k, 1], rates[:, k, 0], floor=1e-3) <= 1e-12, f"velocity of {point.name}"
+        assert relative_error(y[:, k, 2], rates[:, k, 1], floor=1e-3) <= 1e-12, f"acceleration of {point.name}"
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_law_of_the_base_in_fifty_digits(turning: bool) -> None:
+    """Twist and its derivative against differences of the pose over 1e-12 s in fifty digits, good to twenty."""
+    system = derive(with_base(random_scene(1, 1), 4, turning=turning), ["mass"])
+    refs = system.functions["base"].refs
+    step, now = mpmath.mpf(10) ** -12, mpmath.mpf("0.73")
+
+    with mpmath.workdps(50):
+        before, here, after = (evaluate_mpmath(system.tape, refs, {"t": [now + k * step]}) for k in (-1, 0, 1))
+        rates = [(x - y) / (2 * step) for x, y in zip(after, before, strict=True)]
+        w, n, w_dot, n_dot = here[0], here[1:4], rates[0], rates[1:4]
+        cyclic = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        omega = [2 * (w * n_dot[i] - w_dot * n[i] - (n[j] * n_dot[k] - n[k] * n_dot[j])) for i, j, k in cyclic]
+        x, y, z = n
+        R = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        velocity = [sum(R[i][k] * rates[4 + i] for i in range(3)) for k in range(3)]
+        for found, expected in zip(here[7:], [*omega, *velocity, *rates[7:13]], strict=True):
+            assert abs(found - expected) < 1e-15
+    assert (max(abs(component) for component in here[7:10]) > 0.1) == turning
+
+
+def test_sign_of_quaternions_never_jumps() -> None:
+    """Through two full turns every body's quaternion moves in small steps, and comes back to where it began."""
+    scene = random_scene(2, 4)
+    system = derive(scene, ["poses"])
+    evaluate = tape_evaluator(system)
+    turns = np.linspace(0.0, 4.0 * np.pi, 400)
+    q = np.zeros((len(turns), system.nq))
+    for factor in system.factors:
+        if factor.group == "R":
+            q[:, factor.q_start] = turns
+        else:
+            q[:, factor.q_start], q[:, factor.q_start + 3] = np.cos(turns / 2), np.sin(turns / 2)
+    poses = evaluate("poses", {"q": q})["pose"][..., :4]
+    assert np.abs(np.diff(poses, axis=0)).max() < 0.5
+    np.testing.assert_allclose(poses[-1], poses[0], atol=1e-12)

@@ -1,0 +1,99 @@
+"""Energy: d(kinetic + potential)/dt = power + base power along the motion that forward dynamics gives, by complex step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.scene import BASE, Output
+from tests.oracles import direct_kinematics
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.formulas import value_of
+from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.states import derivative, displaced, on_base, random_states, rotation_of
+
+STATES = 6
+TERMS = ["energy", "forward_dynamics", "force", "inverse_dynamics"]
+
+
+@pytest.mark.parametrize("base", ["resting", "translating", "turning"])
+@pytest.mark.parametrize("seed", range(8))
+def test_energy_changes_by_the_powers_only(seed: int, base: str, rng) -> None:
+    """Springs, dampers, actuators, rotors, outer forces and a base that is driven, all at once."""
+    scene = with_loads(random_scene(seed, 1 + seed, tunable=0.3 * (seed % 2)), seed)
+    scene = scene if base == "resting" else with_base(scene, seed, turning=base == "turning")
+    system = derive(scene, TERMS)
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    state = on_base(evaluate, state) if scene.base is not None else state
+    state["a"] = evaluate("forward_dynamics", state)["vdot"]
+    rates = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
+    kinetic, potential, power, base_power = evaluate("energy", state)["energy"].T
+    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
+    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
+    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-11
+    assert kinetic.min() > 0.0
+    assert (np.abs(base_power).max() > 0.0) == (scene.base is not None)
+    assert np.ptp(potential) > 0.0
+
+
+def energies_of_bodies(scene, system, state: dict[str, Array], base_at) -> tuple[Array, Array]:
+    """Return kinetic energy and weight's potential from poses alone, moved along the motion by complex step."""
+    step = 1e-40
+    moved_q = displaced(system.factors, state["q"], 1j * step * state["v"])
+    here = direct_kinematics.poses(scene, moved_q, base_at(state["t"] + 1j * step))
+    kinetic, potential = np.zeros(len(moved_q)), np.zeros(len(moved_q))
+    gravity = np.array([value_of(item, {}) for item in scene.gravity])
+    on_the_base = {BASE}
+    for joint in scene.joints:
+        if joint.type == "fixed" and joint.parent in on_the_base:
+            on_the_base.add(joint.child)
+    for name, mass, center, inertia in direct_kinematics.body_data(scene):
+        if name in on_the_base:  # it moves with the base, which has no mass of its own either
+            continue
+        R, p = here[name]
+        spin = np.swapaxes(R.real, -1, -2) @ (R.imag / step)
+        omega = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+        velocity = (p + R @ center).imag / step
+        kinetic += 0.5 * (mass * np.sum(velocity**2, axis=1) + np.einsum("ki,ij,kj->k", omega, inertia, omega))
+        potential -= mass * (p + R @ center).real @ gravity
+    rotors = {joint.name: value_of(joint.rotor_inertia, {}) for joint in scene.joints}
+    for factor in system.factors:
+        kinetic += 0.5 * rotors[factor.name] * np.sum(state["v"][:, factor.v_start : factor.v_start + factor.v_size] ** 2, axis=1)
+    return kinetic, potential
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_energies_are_those_of_the_bodies(seed: int, rng) -> None:
+    scene = random_scene(seed, 5)
+    scene = with_base(scene, seed) if seed % 2 else scene
+    system = derive(scene, ["energy"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+
+    def base_at(t: Array):
+        if scene.base is None:
+            return None
+        base = evaluate("base", {**state, "t": t})["base"]
+        return rotation_of(base[..., :4]), base[..., 4:7]
+
+    kinetic, potential = energies_of_bodies(scene, system, state, base_at)
+    found = evaluate("energy", on_base(evaluate, state) if scene.base is not None else state)["energy"]
+    assert relative_error(found[:, :1], kinetic[:, np.newaxis]) <= 1e-12
+    assert relative_error(found[:, 1:2], potential[:, np.newaxis], floor=1.0) <= 1e-12
+
+
+def test_energies_are_outputs_too(rng) -> None:
+    scene = with_base(with_loads(random_scene(5, 4), 5), 5)
+    names = ("kinetic", "potential", "total", "power", "base_power")
+    scene = replace(scene, outputs=tuple(Output(name, (Symbol("energy", name),)) for name in names))
+    system = derive(scene, ["energy", "outputs"])
+    evaluate = tape_evaluator(system)
+    state = on_base(evaluate, random_states(system, STATES, rng))
+    kinetic, potential, power, base_power = evaluate("energy", state)["energy"].T
+    expected = np.stack([kinetic, potential, kinetic + potential, power, base_power], axis=1)
+    np.testing.assert_array_equal(evaluate("outputs", state)["y"], expected)
