@@ -106,10 +106,6 @@ def _function(
             f"function {name} takes {', '.join(unknown)}, which is no input block", f"some of {', '.join(INPUT_BLOCKS)}"
         )
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
-    needed = {symbol.block for symbol in system.tape.depends_on(function.refs)}
-    missing = [block for block in INPUT_BLOCKS if block in needed and block not in inputs]
-    if missing:
-        raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
     blocks = [(block.name, block.shape, block.refs, block.description) for block in function.outputs if block.refs]
     for label, shape, refs, _ in blocks:
         size = 1
@@ -123,6 +119,9 @@ def _function(
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit, loop_numbers)
+    missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
+    if missing:
+        raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
     if result.workspace > WORKSPACE_LIMIT:
         raise ModelError(
             f"function {name} keeps {result.workspace} values on the stack, more than {WORKSPACE_LIMIT}",
@@ -139,5 +138,5 @@ def _function(
         parts=result.parts,
         workspace=result.workspace,
         operations=result.operations,
-        counts=dataclasses.asdict(system.tape.counts(function.refs)),
+        counts=dataclasses.asdict(system.counts[function.name]),
     )

@@ -63,7 +63,8 @@ class Plan:
 
     def group(self, node: int) -> list[int]:
         """Return an operation and those computed together with it, in order."""
-        return sorted([node, *self.members.get(node, ())])
+        others = self.members.get(node)
+        return [node] if others is None else sorted([node, *others])
 
     def crossing(self, number: int) -> list[int]:
         """Return the operations of a part that a later one reads; results of Maps stay where they are anyway."""

@@ -97,12 +97,13 @@ class _Scheduler:
     def _take(self, refs: Sequence[Ref]) -> tuple[list[Expression], int]:
         """Return operand expressions, nesting waiting ones as far as the limit allows, and their operations."""
         waiting = self.waiting
-        nested = sorted((waiting[abs(ref)], abs(ref)) for ref in refs if abs(ref) in waiting) if waiting else []
+        nested = [abs(ref) for ref in refs if abs(ref) in waiting]
+        if len(nested) > 1:
+            nested.sort(key=waiting.__getitem__)  # the shortest first: most of them fit
         total = 1
-        for operations, node in nested:
-            if total + operations <= self.nest_limit:
-                total += operations
-                del waiting[node]
+        for node in nested:
+            if total + waiting[node] <= self.nest_limit:
+                total += waiting.pop(node)
             else:
                 self._write(node)
         return [self._leaf(ref) for ref in refs], total

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,8 @@ from eomgen.errors import FileError
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import Op, Tape
 from eomgen.system import Block, Function, Quantity, System
-from tests.codegen.hand_made import make_system, pendulum
+from tests.codegen.hand_made import call, compile_program, make_system, pendulum
+from tests.codegen.test_schedule import tangled
 
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 HOSTILE = [
@@ -177,3 +179,16 @@ def test_the_fingerprint_changes_with_the_code_only() -> None:
     assert fingerprint(pendulum()) == fingerprint(pendulum())
     assert fingerprint(pendulum()) != fingerprint(hostile())
     assert np.all([character in "0123456789abcdef" for character in fingerprint(pendulum())])
+
+
+def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) -> None:
+    system = tangled()
+    program = to_program(system)
+    files = generate_files(program)
+    folder = write_folder(files, tmp_path / "model")
+    subprocess.run(shlex.split(json.loads(files["manifest.json"])["compile"]), cwd=folder, check=True)
+    printed = subprocess.run([str(folder / program.prefix)], check=True, capture_output=True, text=True).stdout.splitlines()
+    library = compile_program(program, tmp_path / "cache", profile="reproducible")
+    point = {"p": [parameter.value for parameter in system.parameters], "q": system.initial_q, "v": system.initial_v}
+    for line, name in zip(printed, system.functions, strict=True):
+        assert [float(x) for x in line.split(",")[1:]] == call(library, name, point)[0].tolist()
