@@ -7,7 +7,8 @@ from typing import Any, Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.methods import GENERALIZED_ALPHA, RKMK, FactsLike, GeneralizedAlpha, Method, check_needs
-from eomgen.lie import series
+from eomgen.lie import kernels
+from eomgen.lie.groups import group_named
 from eomgen.lie.product import FactorLike
 
 #: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of the
@@ -62,8 +63,6 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[
         "source": method.source,
         "step": float(step),
         "matrices": implicit or not has_dynamics,
-        "tangent": implicit,
-        "brackets": not implicit,
         "lie": _lie_data(system.factors, implicit),
     }
     if isinstance(method, GeneralizedAlpha):
@@ -116,7 +115,7 @@ def _factorization_cost(system: SystemLike) -> float:
 
 
 def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
-    """Return the factors as runs (neighbouring R's merged) and the coefficients of the functions that they use."""
+    """Return the factors as runs, neighbouring R's merged, and the group functions that they need."""
     runs: list[dict[str, Any]] = []
     for factor in factors:
         last = runs[-1] if runs else None
@@ -127,21 +126,22 @@ def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
             last["size"] += factor.v_size
         else:
             runs.append({"group": factor.group, "q": factor.q_start, "v": factor.v_start, "size": factor.v_size})
-    groups = {run["group"] for run in runs}
-    rotations, poses = groups != {"R"}, "SE3" in groups
+    groups = [group_named(name) for name in sorted({run["group"] for run in runs} - {"R"})]
+    made = (kernels.update, kernels.tangent if implicit else kernels.bracket)
     return {
         "runs": runs,
-        "rotations": rotations,
-        "poses": poses,
-        "tangents": poses or (rotations and implicit),
-        "loops": any(run["group"] != "R" or run["size"] > 1 for run in runs),
-        "sinc": list(series.SINC),
-        "cosine": list(series.COS),
-        "small_limit": series.SMALL_LIMIT,
-        "f3": list(series.F3),
-        "f4": list(series.F4),
-        "f5": list(series.F5),
-        "taylor_limit": series.TAYLOR_LIMIT,
+        "kernels": [_kernel_data(make(group)) for group in groups for make in made],
+        "loops": any(run["size"] > 1 for run in runs),
+    }
+
+
+def _kernel_data(kernel: kernels.Kernel) -> dict[str, Any]:
+    return {
+        "name": kernel.name,
+        "description": kernel.description,
+        "inputs": [list(pair) for pair in kernel.inputs],
+        "statements": kernel.statements(),
+        "results": kernel.results(),
     }
 
 

@@ -135,6 +135,14 @@ class Group:
         """Return first * second."""
         raise NotImplementedError
 
+    def update(self, algebra: Algebra, q: Values, theta: Values) -> list[Value]:
+        """Return q * exp(theta), its quaternion scaled back to unit length, its sign kept."""
+        moved = self.compose(q, self.exp(algebra, theta))
+        if not self.quaternion:
+            return moved
+        length = algebra.sqrt(dot(moved[:4], moved[:4]))
+        return [*(x / length for x in moved[:4]), *moved[4:]]
+
     def inverse(self, q: Values) -> list[Value]:
         """Return q^-1."""
         raise NotImplementedError

@@ -55,13 +55,9 @@ def tangent_inverse(group: Group, theta: Array) -> Array:
     return _matrix(group.tangent_inverse(_ALGEBRA, _split(theta)), theta)
 
 
-def renormalized(group: Group, q: Array) -> Array:
-    """Return q with its quaternion scaled back to unit length, its sign kept."""
-    if not group.quaternion:
-        return q
-    result = np.array(q)
-    result[..., :4] /= np.sqrt(np.sum(q[..., :4] ** 2, axis=-1, keepdims=True))
-    return result
+def update(group: Group, q: Array, theta: Array) -> Array:
+    """Return q * exp(theta), (..., q_size), its quaternion scaled back to unit length, its sign kept."""
+    return _join(group.update(_ALGEBRA, _split(q), _split(theta)))
 
 
 def _split(x: Array) -> list[Array]:

@@ -11,7 +11,7 @@ from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlp
 from eomgen.integrators.specification import default_settings
 from eomgen.integrators.stepper import integrate
 from eomgen.lie import numeric, product
-from eomgen.lie.groups import SE3, SO3
+from eomgen.lie.groups import SE3
 from tests.integrators.stepper_models import (
     EDGE_PARAMETERS,
     build,
@@ -240,24 +240,61 @@ def test_steady_motion_is_followed_exactly_on_every_group(built, method, rng):
 
 
 WRAPPERS = """
-void test_tangent(const real *x, real *T);
-void test_tangent(const real *x, real *T) { free_rotation_tangent(x, T); }
-void test_coupling(const real *x, real *C);
-void test_coupling(const real *x, real *C) { free_pose_coupling(x, C); }
+void test_update(const real *q, const real *x, real *out);
+void test_update(const real *q, const real *x, real *out) { free_update_se3(q, x, out); }
+void test_tangent(const real *x, real *out);
+void test_tangent(const real *x, real *out) { free_tangent_se3(x, out); }
 """
 
 
-def test_tangent_in_c_is_that_of_numpy(tmp_path, rng):
-    stepper = build(tmp_path, free_motion(["SE3"]), ALPHA, extra=WRAPPERS)
+def test_group_functions_in_c_are_those_of_numpy(tmp_path, rng):
+    library = build(tmp_path, free_motion(["SE3"]), ALPHA, extra=WRAPPERS).library
     for angle in (0.0, 1e-9, 1e-3, 0.4, 0.999, 1.001, 3.141, 3.142, 4.5):
-        theta = rng.normal(size=6)
+        theta, q = rng.normal(size=6), numeric.exp(SE3, rng.normal(size=6))
         theta[:3] *= angle / np.linalg.norm(theta[:3])
-        expected = numeric.tangent(SE3, theta)
-        for name, block in (("test_tangent", expected[:3, :3]), ("test_coupling", expected[3:, :3])):
-            result = np.zeros((3, 3))
-            getattr(stepper.library, name)(theta.ctypes.data_as(ctypes.c_void_p), result.ctypes.data_as(ctypes.c_void_p))
-            assert result == pytest.approx(block, abs=1e-15)
-    assert numeric.tangent(SO3, theta[:3]) == pytest.approx(expected[:3, :3], abs=0)
+        T, blocks, moved = numeric.tangent(SE3, theta), np.zeros((6, 3)), np.zeros(7)
+        arrays = {"x": theta, "q": q, "T": blocks, "out": moved}
+        pointers = {name: array.ctypes.data_as(ctypes.c_void_p) for name, array in arrays.items()}
+        library.test_tangent(pointers["x"], pointers["T"])
+        library.test_update(pointers["q"], pointers["x"], pointers["out"])
+        assert blocks == pytest.approx(T[:, :3], abs=1e-15)
+        assert moved == pytest.approx(numeric.update(SE3, q, theta), abs=2e-15)
+
+
+SOLVER = """
+void test_inverse(const real *q, const real *v, const real *D, real step, real *inverse);
+void test_inverse(const real *q, const real *v, const real *D, real step, real *inverse)
+{
+    static tied_workspace work;
+    const tied_parameters p = { 0.3 };
+    const tied_coefficients c = tied_coefficients_of(0.9);
+    int i;
+    memcpy(work.q, q, sizeof work.q);
+    memcpy(work.v, v, sizeof work.v);
+    memcpy(work.increment, D, sizeof work.increment);
+    tied_iteration_matrix(&p, &c, 0.0, step, &work);
+    for (i = 0; i < 7; ++i)
+        tied_solve(work.matrix, work.pivot, inverse + 7 * i);
+}
+"""
+
+
+def test_iteration_matrix_in_c_is_the_derivative_of_the_step(tmp_path, rng):
+    model, step = tied_body(), 0.3
+    library = build(tmp_path, model, ALPHA, TIED, extra=SOLVER).library
+    D, inverse = rng.normal(size=7), np.eye(7)
+    g, b = float(ALPHA.gamma / ALPHA.beta), float((1 - ALPHA.alpha_m) / (ALPHA.beta * (1 - ALPHA.alpha_f)))
+
+    def scaled_residual(change):
+        # of the step as a function of its unknown, about an arbitrary v and vdot
+        q = product.update(model.equations.factors, model.q, step * (D + change))
+        return step * model.equations.residual(0.0, q, model.v + g * change, b / step * change)
+
+    columns = [(scaled_residual(1e-5 * e) - scaled_residual(-1e-5 * e)) / 2e-5 for e in np.eye(7)]
+    q = product.update(model.equations.factors, model.q, step * D)
+    pointers = [np.ascontiguousarray(x).ctypes.data_as(ctypes.c_void_p) for x in (q, model.v, D)]
+    library.test_inverse(*pointers, ctypes.c_double(step), inverse.ctypes.data_as(ctypes.c_void_p))
+    assert inverse @ np.array(columns) == pytest.approx(np.eye(7), abs=1e-8)  # both transposed
 
 
 @METHODS

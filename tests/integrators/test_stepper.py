@@ -128,6 +128,48 @@ def test_order_on_a_body_on_se3_with_a_slider(method):
     check_order(model.equations, method, model.q, model.v, 0.5, error, [50, 100, 200] if method.order == 4 else [100, 200, 400])
 
 
+@pytest.mark.parametrize("method", [METHODS[0], METHODS[3]], ids=label)
+def test_order_on_a_body_on_r3xso3(method):
+    # a body held by a spring at the point X of it; v = (omega in body axes, x_dot in space)
+    J, mass, X, k = np.diag([1.0, 2.0, 3.0]), 2.0, np.array([0.3, -0.2, 0.5]), 40.0
+
+    def acceleration(R, x, v):
+        force = -k * (x + R @ X)
+        return np.concatenate([np.linalg.solve(J, np.cross(X, R.T @ force) - np.cross(v[:3], J @ v[:3])), force / mass])
+
+    def forward_dynamics(t, q, v):
+        return acceleration(rotation(q[:4]), q[4:], v)
+
+    M = np.block([[J, np.zeros((3, 3))], [np.zeros((3, 3)), mass * np.eye(3)]])
+
+    def partials(t, q, v, a):
+        R = rotation(q[:4])
+        f = R.T @ (-k * (q[4:] + R @ X))
+        K = np.block([[-skew(X) @ skew(f) - k * skew(X) @ skew(X), k * skew(X) @ R.T], [-k * R @ skew(X), k * np.eye(3)]])
+        C = np.zeros((6, 6))
+        C[:3, :3] = skew(v[:3]) @ J - skew(J @ v[:3])
+        return K, C, M
+
+    equations = Equations(
+        [Factor("R3xSO3", "body", 0, 7, 0, 6)], forward_dynamics, lambda t, q, v, a: M @ (a - forward_dynamics(t, q, v)), partials
+    )
+
+    def rates(t, y):
+        R, x, v = y[:9].reshape(3, 3), y[9:12], y[12:]
+        return np.concatenate([(R @ skew(v[:3])).ravel(), v[3:], acceleration(R, x, v)])
+
+    q, v = np.array([0.5, -0.5, 0.5, 0.5, 0.1, 0.2, -0.3]), np.array([2.0, -3.0, 1.0, 0.5, -0.2, 0.3])
+    end = solution(rates, 0.5, np.concatenate([rotation(q[:4]).ravel(), q[4:], v]))
+
+    def error(q, v):
+        return np.linalg.norm(np.concatenate([rotation(q[:4]).ravel(), q[4:], v]) - end)
+
+    check_order(equations, method, q, v, 0.5, error, [50, 100, 200])
+    steps = 50
+    if method.order == 2:  # exact partials: Newton converges quadratically, in three iterations or fewer
+        assert integrate(equations, method, q, v, 0.5 / steps, steps).iterations <= 3 * steps
+
+
 def test_algorithmic_acceleration_starts_with_the_right_derivative():
     # x'' = -4 x + cos 5t, so x''' = -4 v - 5 sin 5t
     method = GeneralizedAlpha(0.5)

@@ -1,0 +1,114 @@
+"""The group functions that a time step calls, each as a tape of its own and as plain statements that a template can print."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from eomgen.lie.algebra import TapeAlgebra, Value
+from eomgen.lie.groups import Group
+from eomgen.symbolic.scalar import Scalar, dot
+from eomgen.symbolic.tape import LEAVES, Ref, Tape
+
+#: Operations in one statement.
+_NESTED = 10
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A function of small vectors.
+
+    Attributes
+    ----------
+    name : str
+        ``update_se3`` and the like.
+    description : str
+        The equation.
+    inputs : tuple of (name, size)
+    tape, refs
+        What is computed, and the components of the result.
+    """
+
+    name: str
+    description: str
+    inputs: tuple[tuple[str, int], ...]
+    tape: Tape
+    refs: tuple[Ref, ...]
+
+    def statements(self) -> list[dict[str, Any]]:
+        """Return the statements in order: number ``n``, ``op`` (a name of ``Op``), ``operands`` as in ``results``."""
+        numbers = self._numbers()
+        return [{"n": number, **self._operation(node, numbers)} for node, number in numbers.items()]
+
+    def results(self) -> list[dict[str, Any]]:
+        """Return the components: ``constant``, or ``negative`` and ``n`` (a statement), ``input`` with ``index``, or ``op``."""
+        numbers = self._numbers()
+        return [self._operand(ref, numbers) for ref in self.refs]
+
+    def _numbers(self) -> dict[int, int]:
+        """Number the nodes that are statements: those that are used more than once, and those that would nest too deep."""
+        tape = self.tape
+        nodes = [node for node in tape.live(self.refs) if tape.op[node] not in LEAVES]
+        uses = Counter(abs(ref) for node in nodes for ref in tape.operands(node))
+        results = {abs(ref) for ref in self.refs}
+        sizes: dict[int, int] = {}
+        numbers: dict[int, int] = {}
+        for node in nodes:
+            size = 1 + sum(sizes.get(abs(ref), 0) for ref in tape.operands(node))
+            if uses[node] > 1 or size >= _NESTED or node in results:
+                numbers[node] = len(numbers) + 1
+            else:
+                sizes[node] = size
+        return numbers
+
+    def _operation(self, node: int, numbers: dict[int, int]) -> dict[str, Any]:
+        return {"op": self.tape.op[node].name, "operands": [self._operand(ref, numbers) for ref in self.tape.operands(node)]}
+
+    def _operand(self, ref: Ref, numbers: dict[int, int]) -> dict[str, Any]:
+        constant, symbol, node = self.tape.value(ref), self.tape.symbol(ref), abs(ref)
+        if constant is not None:
+            return {"constant": constant}
+        if symbol is not None:
+            return {"negative": ref < 0, "input": symbol.block, "index": symbol.index}
+        if node in numbers:
+            return {"negative": ref < 0, "n": numbers[node]}
+        return {"negative": ref < 0, **self._operation(node, numbers)}
+
+
+def update(group: Group) -> Kernel:
+    """Return out = q * exp(theta), quaternions of unit length."""
+    inputs = (("q", group.q_size), ("theta", group.v_size))
+    return _kernel("update", group, "out = q o exp(theta), the quaternion at unit length", inputs, group.update)
+
+
+def tangent(group: Group) -> Kernel:
+    """Return the 3 x 3 blocks of T(theta) that are not known beforehand: the rotation's, and on SE(3) the one below it."""
+
+    def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
+        T = group.tangent(algebra, theta)
+        corners = (0, 3) if group.name == "SE3" else (0,)
+        return [T[corner + i][j] for corner in corners for i in range(3) for j in range(3)]
+
+    what = "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~"
+    return _kernel("tangent", group, what, (("theta", group.v_size),), blocks)
+
+
+def bracket(group: Group) -> Kernel:
+    """Return out = [x, y] on the Lie algebra."""
+
+    def product(_: TapeAlgebra, x: Sequence[Value], y: Sequence[Value]) -> list[Value]:
+        return [dot(row, y) for row in group.bracket_matrix(x)]
+
+    return _kernel("bracket", group, "out = [x, y]", (("x", group.v_size), ("y", group.v_size)), product)
+
+
+def _kernel(
+    what: str, group: Group, description: str, inputs: tuple[tuple[str, int], ...], function: Callable[..., list[Value]]
+) -> Kernel:
+    tape = Tape()
+    algebra = TapeAlgebra(tape)
+    arguments = [[Scalar(tape, tape.input(name, k)) for k in range(size)] for name, size in inputs]
+    refs = tuple(algebra.scalar(value).ref for value in function(algebra, *arguments))
+    return Kernel(f"{what}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)
