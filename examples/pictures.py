@@ -16,6 +16,7 @@ import eomgen
 
 FOLDER = Path(__file__).parent
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+SEVEN = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 
 
 def simulated(name: str) -> eomgen.Solution:
@@ -127,6 +128,26 @@ def quarter_car() -> None:
     save(figure, "quarter_car")
 
 
+def robot_arm() -> None:
+    model = eomgen.build(FOLDER / "robot_arm" / "scene.toml")
+    t = np.linspace(0.0, 1.0, 1001)[:, np.newaxis]
+    reach, pace = np.array([0.8, 0.5, -0.6, 0.7, 0.6, -0.5, 0.9]), 2.0 * np.pi
+    q = model.initial_q + reach * (1.0 - np.cos(pace * t)) / 2.0
+    v, a = reach * pace * np.sin(pace * t) / 2.0, reach * pace**2 * np.cos(pace * t) / 2.0
+    torque = model.inverse_dynamics(q, v, a)
+    run = model.simulate(1.0, 1e-3, method="rk4", inputs={f"torque{k + 1}": torque[:, k] for k in range(7)})
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    for k, colour in enumerate(SEVEN):
+        left.plot(t, torque[:, k], color=colour, label=f"joint {k + 1}")
+    left.set(xlabel="time, s", ylabel="torque, N m", xlim=(0, 1), ylim=(-60, 75))
+    left.set_title("Torques for a given motion", loc="left")
+    left.legend(frameon=False, ncols=4, loc="upper center", fontsize=8)
+    right.semilogy(run.t[1:], np.abs(run.q - q).max(axis=1)[1:], color=BLUE)
+    right.set(xlabel="time, s", ylabel="largest deviation of an angle, rad", xlim=(0, 1))
+    right.set_title("Motion under these torques", loc="left")
+    save(figure, "robot_arm")
+
+
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     for draw in (
@@ -136,6 +157,7 @@ def main() -> int:
         fast_top_joint_coordinates,
         free_spinning_body,
         quarter_car,
+        robot_arm,
     ):
         draw()
     return 0

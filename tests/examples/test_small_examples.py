@@ -162,3 +162,47 @@ def test_free_body_keeps_energy_and_momentum() -> None:
     np.testing.assert_allclose(spatial, np.broadcast_to([0.0, 0.12, 0.0003], spatial.shape), atol=1e-10)
     assert run.outputs["energy"] == pytest.approx(np.full(len(run.t), 0.5 * (0.02 * 36.0 + 0.03 * 1e-4 + 0.4 * 0.04)), rel=1e-10)
     np.testing.assert_allclose(run.q[:, 4:], np.outer(run.t, [0.2, 0.0, 0.0]), atol=2e-9)  # the centre of mass goes straight on
+
+
+def _arm_motion(model: Model, samples: int) -> tuple[np.ndarray, ...]:
+    t, reach = np.linspace(0.0, 1.0, samples)[:, np.newaxis], np.array([0.8, 0.5, -0.6, 0.7, 0.6, -0.5, 0.9])
+    pace = 2.0 * np.pi
+    q = model.initial_q + reach * (1.0 - np.cos(pace * t)) / 2.0
+    return q, reach * pace * np.sin(pace * t) / 2.0, reach * pace**2 * np.cos(pace * t) / 2.0
+
+
+def test_robot_arm_agrees_with_pinocchio() -> None:
+    import pinocchio as pin
+
+    scene = eomgen.load(EXAMPLES / "robot_arm" / "scene.toml")
+    other = pin.Model()
+    other.gravity.linear = np.array([0.0, 0.0, -9.80665])
+    for index, (joint, body) in enumerate(zip(scene.joints, scene.bodies, strict=True)):
+        numbers = [[entry.value for entry in entries] for entries in (joint.position, body.center_of_mass, body.inertia)]
+        (xx, yy, zz, xy, xz, yz) = numbers[2]
+        placement = pin.SE3(np.array(joint.orientation), np.array(numbers[0]))
+        other.addJoint(index, pin.JointModelRZ(), placement, joint.name)
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        other.appendBodyToJoint(index + 1, pin.Inertia(body.mass.value, np.array(numbers[1]), tensor), pin.SE3.Identity())
+    data, model = other.createData(), eomgen.build(scene)
+    q, v, a = _arm_motion(model, 21)
+    torque = np.stack([pin.rnea(other, data, *state) for state in zip(q, v, a, strict=True)])
+    np.testing.assert_allclose(model.inverse_dynamics(q, v, a), torque, atol=1e-11 * np.abs(torque).max())
+    mass = np.triu(pin.crba(other, data, q[7]))
+    np.testing.assert_allclose(np.triu(model.mass(q[7])), mass, atol=1e-12 * mass.max())
+    inputs = np.tile([1.0, -20.0, 3.0, 15.0, 0.5, 2.0, 0.1], (len(q), 1))
+    expected = np.stack([pin.aba(other, data, *state) for state in zip(q, v, inputs, strict=True)])
+    np.testing.assert_allclose(model.forward_dynamics(q, v, u=inputs), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_robot_arm_follows_the_torques_of_inverse_dynamics() -> None:
+    model = _model("robot_arm")
+    deviations = []
+    for step in (1e-3, 5e-4):
+        q, v, a = _arm_motion(model, round(1.0 / step) + 1)
+        torque = model.inverse_dynamics(q, v, a)
+        run = model.simulate(1.0, step, method="rk4", inputs={f"torque{k + 1}": torque[:, k] for k in range(7)})
+        deviations.append(float(np.abs(run.q - q).max()))
+    # torques are linear between samples: an error of second order, which grows with time because nothing holds the arm
+    assert deviations[0] < 1e-3
+    assert deviations[0] / deviations[1] == pytest.approx(4.0, rel=0.1)
