@@ -182,7 +182,7 @@ def test_the_fingerprint_changes_with_the_code_only() -> None:
 
 
 def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) -> None:
-    system = tangled()
+    system = tangled(operations=150, functions=2)
     program = to_program(system)
     files = generate_files(program)
     folder = write_folder(files, tmp_path / "model")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import Program
 from eomgen.codegen.render import generate_files
@@ -69,7 +70,7 @@ def test_numbers_are_those_of_the_tape(part_limit: int, nest_limit: int, file_li
 
 
 def test_chunked_and_whole_give_the_same_bits(cache: Path) -> None:
-    system = tangled()
+    system = tangled(operations=150, functions=2)
     whole = compile_program(to_program(system), cache, profile="reproducible")
     chunked = compile_program(to_program(system, part_limit=41, nest_limit=2), cache, profile="reproducible", file_limit=600)
     for name in system.functions:
@@ -161,3 +162,9 @@ def test_a_function_that_reads_more_than_it_declares_is_refused() -> None:
         to_program(make_system("bad", tape, [dataclasses.replace(bad, inputs=("q", "v"), outputs=(Block("y", (3,), bad.refs),))]))
     with pytest.raises(ModelError, match="the model has no function heat; try: one of mass, coupling"):
         to_program(pendulum(), functions=["heat"])
+
+
+def test_a_function_that_would_overflow_the_stack_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(convert, "WORKSPACE_LIMIT", 20)
+    with pytest.raises(ModelError, match=r"function tangle0 keeps \d+ values on the stack, more than 20; try: fewer elements"):
+        to_program(tangled(), part_limit=41)
