@@ -10,7 +10,7 @@ from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_law, base_state
 from eomgen.mechanics.bodies import poses, twists
 from eomgen.mechanics.energy import energies
-from eomgen.mechanics.forces import Loads, Quantities, applied_loads
+from eomgen.mechanics.forces import Loads, applied_loads
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
@@ -18,6 +18,7 @@ from eomgen.mechanics.inputs import input_signal
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
+from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.tree import Tree, build_tree
 from eomgen.scene.formula_nodes import Formula

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eomgen.mechanics.formulas import record
-from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.terms import Wrench
-from eomgen.mechanics.tree import ROOT, Tree
-from eomgen.scene.formula_nodes import Formula, Symbol
-from eomgen.scene.scene import Force, Point, Scene, Spring
+from eomgen.mechanics.tree import Tree
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.scene import Force, Joint, Scene, Spring
 from eomgen.symbolic.scalar import (
-    Algebra,
     Scalar,
     Vector,
     apply,
     cross,
     dot,
-    minus,
     negative,
     plus,
     scaled,
     transpose,
 )  # fmt: skip
-from eomgen.symbolic.tape import Op
 
 
 @dataclass
@@ -45,74 +41,6 @@ class Loads:
     external: list[Wrench | None] = field(default_factory=list)
 
 
-class Quantities:
-    """What names in formulas mean on the tape: coordinates, points, springs, parameters, inputs and time."""
-
-    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
-        self.scene = scene
-        self.tree = tree
-        self.kinematics = kinematics
-        self.algebra: Algebra = tree.algebra
-        self.factors = {link.joint.name: link.factor for link in tree.links}
-        self.points = {point.name: point for point in scene.points}
-        self.springs = {spring.name: spring for spring in scene.springs}
-        self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
-        self.energies: dict[str, Scalar] = {}
-
-    def _input(self, block: str, index: int = 0) -> Scalar:
-        return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
-
-    def __call__(self, symbol: Symbol) -> Scalar:
-        match symbol.kind:
-            case "time":
-                return self._input("t")
-            case "parameter":
-                return self.tree.parameters[symbol.name]
-            case "input":
-                return self._input("u", self.input_numbers[symbol.name])
-            case "q":
-                return self._input("q", self.factors[symbol.name].q_start + symbol.index)
-            case "v" | "a":
-                return self._input(symbol.kind, self.factors[symbol.name].v_start + symbol.index)
-            case "position":
-                return self.kinematics.position(*self.at(self.points[symbol.name]))[symbol.index]
-            case "velocity":
-                return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
-            case "acceleration":
-                return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
-            case "length":
-                return self.stretch(self.springs[symbol.name])[0]
-            case "rate":
-                return self.stretch(self.springs[symbol.name])[1]
-            case "tension":
-                return self.tension(self.springs[symbol.name])
-            case _:
-                return self.energies[symbol.name]
-
-    def formula(self, formula: Formula) -> Scalar:
-        return record(self.algebra, formula, self)
-
-    def vector(self, formulas: Vector | tuple[Formula, Formula, Formula]) -> Vector:
-        return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
-
-    def at(self, point: Point) -> tuple[str, Vector]:
-        return point.body, self.vector(point.position)
-
-    def stretch(self, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
-        """Return length, rate of length, and unit vector from first to second point in base axes."""
-        first, second = self.at(self.points[spring.first]), self.at(self.points[spring.second])
-        span = minus(self.kinematics.position_in_base(*second), self.kinematics.position_in_base(*first))
-        speed = minus(self.kinematics.velocity_in_base(*second), self.kinematics.velocity_in_base(*first))
-        length = self.algebra.call(Op.SQRT, dot(span, span))
-        direction = scaled(self.algebra.one / length, span)
-        return length, dot(direction, speed), direction
-
-    def tension(self, spring: Spring) -> Scalar:
-        length, rate, _ = self.stretch(spring)
-        elastic = self.formula(spring.stiffness) * (length - self.formula(spring.length))
-        return elastic + self.formula(spring.damping) * rate + self.formula(spring.force)
-
-
 def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
     """Return everything that acts on the tree, gravity excepted."""
     algebra = tree.algebra
@@ -123,41 +51,43 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
     for force in scene.forces:
         with algebra.tape.block(f"force {force.name}"):
             _add_force(loads, force, quantities)
-    for link in tree.links:
-        _add_joint(loads, scene, link.joint.name, quantities)
+    for joint in scene.joints:
+        _add_joint(loads, joint, quantities)
     for torsion in scene.torsion_springs:
         with algebra.tape.block(f"torsion spring {torsion.name}"):
-            first, second = quantities.factors[torsion.first], quantities.factors.get(torsion.second)
             angle, rate = quantities(Symbol("q", torsion.first)), quantities(Symbol("v", torsion.first))
-            if second is not None:
+            if torsion.second:
                 angle, rate = angle - quantities(Symbol("q", torsion.second)), rate - quantities(Symbol("v", torsion.second))
             stretch, stiffness = angle - quantities.formula(torsion.rest), quantities.formula(torsion.stiffness)
             damping = quantities.formula(torsion.damping)
             effort = stiffness * stretch + damping * rate
-            loads.efforts[first.v_start] = loads.efforts[first.v_start] - effort
-            if second is not None:
-                loads.efforts[second.v_start] = loads.efforts[second.v_start] + effort
+            _add_effort(loads, quantities, torsion.first, -effort)
+            if torsion.second:
+                _add_effort(loads, quantities, torsion.second, effort)
             loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
             loads.power = loads.power - damping * (rate * rate)
     for effort_item in scene.efforts:
         with algebra.tape.block(f"effort {effort_item.name}"):
-            dof = quantities.factors[effort_item.joint].v_start + effort_item.index
             value = quantities.formula(effort_item.effort)
-            loads.efforts[dof] = loads.efforts[dof] + value
-            loads.power = loads.power + value * Scalar(algebra.tape, algebra.tape.input("v", dof))
+            _add_effort(loads, quantities, effort_item.joint, value, effort_item.index)
+            loads.power = loads.power + value * quantities(Symbol("v", effort_item.joint, effort_item.index))
     return loads
 
 
-def _add_joint(loads: Loads, scene: Scene, name: str, quantities: Quantities) -> None:
-    joint = next(item for item in scene.joints if item.name == name)
+def _add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, index: int = 0) -> None:
+    for dof, factor in quantities.work_of(joint, index).items():
+        loads.efforts[dof] = loads.efforts[dof] + factor * value
+
+
+def _add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
+    name = joint.name
     stiffness, damping = quantities.formula(joint.stiffness), quantities.formula(joint.damping)
     if stiffness.is_zero and damping.is_zero:
         return
-    dof = quantities.factors[name].v_start
     with quantities.algebra.tape.block(f"spring and damper of joint {name}"):
         stretch = quantities(Symbol("q", name)) - quantities.formula(joint.rest)
         rate = quantities(Symbol("v", name))
-        loads.efforts[dof] = loads.efforts[dof] - (stiffness * stretch + damping * rate)
+        _add_effort(loads, quantities, name, -(stiffness * stretch + damping * rate))
         loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
         loads.power = loads.power - damping * (rate * rate)
 
@@ -175,7 +105,7 @@ def _add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
 
 def _push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force_in_base: Vector) -> None:
     link, s = quantities.kinematics.local(*quantities.at(quantities.points[name]))
-    if link != ROOT:
+    if link >= 0:
         force = apply(transpose(quantities.kinematics.pose(link)[0]), force_in_base)
         _add_wrench(wrenches, link, (cross(s, force), force))
 
@@ -190,7 +120,7 @@ def _add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
     mount = quantities.tree.mounts[item.body]
     link, s = kinematics.local(item.body, quantities.vector(item.point))
     force, torque = quantities.vector(item.force), quantities.vector(item.torque)
-    if link == ROOT:
+    if link < 0:
         return
     if item.axes == "body":
         force, torque = apply(mount.orientation, force), apply(mount.orientation, torque)

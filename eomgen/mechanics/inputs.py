@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.mechanics.forces import Quantities
+from eomgen.mechanics.quantities import Quantities
 from eomgen.scene.scene import Input
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import Algebra, Scalar

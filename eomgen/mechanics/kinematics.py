@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from eomgen.mechanics.base import BaseState
 from eomgen.mechanics.motion import Field, relative, total_fields
-from eomgen.mechanics.tree import ROOT, Mount, Tree
+from eomgen.mechanics.tree import CARRIER, ROOT, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, multiply, plus, transpose
 
 
 class Kinematics:
     """Kinematics of one tree on one base; every quantity is recorded at its first use.
 
-    Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes.
+    Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes. In absolute
+    coordinates the world takes the base's place (``base`` is at rest) and ``carrier`` is the prescribed base.
     """
 
-    def __init__(self, tree: Tree, base: BaseState) -> None:
+    def __init__(self, tree: Tree, base: BaseState, carrier: BaseState | None = None) -> None:
         self.tree = tree
         self.base = base
+        self.carrier = carrier if carrier is not None else base
         self.algebra = tree.algebra
         self._poses: dict[int, tuple[Matrix, Vector]] = {ROOT: (self.algebra.identity, self.algebra.zero_vector)}
         self._twists: dict[int, tuple[Vector, Vector]] = {ROOT: (self.algebra.zero_vector, self.algebra.zero_vector)}
+        if carrier is not None:
+            self._poses[CARRIER] = (carrier.orientation, carrier.position)
+            self._twists[CARRIER] = (carrier.omega, carrier.velocity)
         self._fields: list[Field] | None = None
 
     def _path(self, link: int, known: dict[int, object]) -> list[int]:
@@ -79,10 +84,10 @@ class Kinematics:
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         link, s = self.local(body, r)
-        if link == ROOT:
-            motion = self.base.motion()
+        if link < 0:
+            motion = self.carrier.motion()
             turning = cross(motion.omega, cross(motion.omega, s))
-            return apply(self.base.orientation, plus(motion.acceleration, plus(cross(motion.alpha, s), turning)))
+            return apply(self.carrier.orientation, plus(motion.acceleration, plus(cross(motion.alpha, s), turning)))
         in_base = apply(self.pose(link)[0], self._fields[link].at(s))
         return apply(self.base.orientation, in_base)
 

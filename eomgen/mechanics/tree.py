@@ -21,11 +21,16 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multi
 from eomgen.system import Factor
 
 ROOT = -1
+CARRIER = -2
 
 
 @dataclass(frozen=True)
 class Mount:
-    """Constant pose of a body's frame in a link's frame; ``link`` is ROOT for what is fixed to the base."""
+    """Constant pose of a body's frame in a link's frame.
+
+    ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does not:
+    in absolute coordinates links hang in the world and the base moves past them.
+    """
 
     link: int
     orientation: Matrix

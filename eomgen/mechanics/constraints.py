@@ -1,0 +1,222 @@
+"""Constraint equations on a tape, and everything the equations of motion need of them, by left-trivialised differentiation.
+
+A row is holonomic, Phi(q, t) = 0, or at velocity level, psi(q, v, t) = 0 with psi affine in v. All else is calculus
+on the tape: B, the velocity row Phi' = B v + Phi_t, and the part of its rate that is quadratic in v (with base motion
+and drivers included) are derivatives along directions that the configuration, the base and time own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.quantities import Quantities
+from eomgen.scene.constraint import Constraint, Frame
+from eomgen.symbolic.configuration import Tangent, configuration_seeds, rotation
+from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.system import BASE_LAYOUT, Factor
+
+
+@dataclass
+class Rows:
+    """Constraint rows with a name each; holonomic ones first when numbered."""
+
+    names: list[str] = field(default_factory=list)
+    holonomic: list[Scalar] = field(default_factory=list)
+    velocity_names: list[str] = field(default_factory=list)
+    velocity: list[Scalar] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.holonomic or self.velocity)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A frame of a constraint where it is now: axes as columns, origin, in base axes (world axes in absolute coordinates)."""
+
+    axes: Matrix
+    origin: Vector
+
+    def axis(self, k: int) -> Vector:
+        return (self.axes[0][k], self.axes[1][k], self.axes[2][k])
+
+
+def place(quantities: Quantities, frame: Frame) -> Placed:
+    """Return a constraint's frame in base axes."""
+    algebra, kinematics = quantities.algebra, quantities.kinematics
+    r = algebra.vector([quantities.formula(item) for item in frame.position])
+    mount = quantities.tree.mounts[frame.body]
+    R = multiply(kinematics.pose(mount.link)[0], multiply(mount.orientation, algebra.matrix(frame.orientation)))
+    return Placed(R, kinematics.position_in_base(frame.body, r))
+
+
+def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
+    """Return the rows of all constraints."""
+    rows = Rows()
+    for item in constraints:
+        with quantities.algebra.tape.block(f"constraint {item.name}"):
+            first, second = place(quantities, item.first), place(quantities, item.second)
+            for label, value in _holonomic(quantities, item, first, second):
+                rows.names.append(f"{item.name}: {label}")
+                rows.holonomic.append(value)
+            if item.type == "rolling":
+                for label, value in _rolling(quantities, item, first, second):
+                    rows.velocity_names.append(f"{item.name}: {label}")
+                    rows.velocity.append(value)
+    return rows
+
+
+def _holonomic(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
+    gap = minus(first.origin, second.origin)
+    local = apply(transpose(second.axes), gap)
+    z1 = first.axis(2)
+    meeting = [(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
+    parallel = [(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
+    spin = ("x stays perpendicular to y", dot(first.axis(0), second.axis(1)))
+    match item.type:
+        case "spherical":
+            return meeting
+        case "revolute":
+            return meeting + parallel + _driven_angle(quantities, item, first, second)
+        case "universal":
+            return [*meeting, spin]
+        case "cylindrical":
+            return meeting[:2] + parallel + _driven_travel(quantities, item, local)
+        case "prismatic":
+            return [*meeting[:2], *parallel, spin, *_driven_travel(quantities, item, local)]
+        case "planar":
+            return [("origin stays in the plane", dot(gap, z1)), *parallel]
+        case "fixed":
+            return [*meeting, *parallel, spin]
+        case "distance":
+            length = quantities.algebra.call(Op.SQRT, dot(gap, gap))
+            return [("distance", length - quantities.formula(item.length))]
+        case "point_on_line":
+            across = apply(transpose(first.axes), gap)
+            return [(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
+        case _:
+            return [("contact", dot(minus(_contact(quantities, item, first, second), first.origin), z1))]
+
+
+def _driven_angle(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
+    if item.drive is None:
+        return []
+    angle = quantities.formula(item.drive)
+    cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
+    turned = dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
+    return [("driven angle", turned)]
+
+
+def _driven_travel(quantities: Quantities, item: Constraint, local: Vector) -> list[tuple[str, Scalar]]:
+    return [] if item.drive is None else [("driven travel", local[2] + quantities.formula(item.drive))]
+
+
+def _contact(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> Vector:
+    """Return the lowest point of a disc about the second frame's z axis, or of a sphere, over the first's plane."""
+    normal, axis, radius = first.axis(2), second.axis(2), quantities.formula(item.radius)
+    if item.shape == "sphere":
+        return minus(second.origin, scaled(radius, normal))
+    down = minus(normal, scaled(dot(normal, axis), axis))
+    length = quantities.algebra.call(Op.SQRT, dot(down, down))
+    return minus(second.origin, scaled(radius / length, down))
+
+
+def _rolling(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
+    contact = _contact(quantities, item, first, second)
+    kinematics = quantities.kinematics
+    slip = minus(_velocity_at(kinematics, item.second.body, contact), _velocity_at(kinematics, item.first.body, contact))
+    return [(f"no slip along {axis}", dot(slip, first.axis(k))) for k, axis in enumerate("xy")]
+
+
+def _velocity_at(kinematics: Kinematics, body: str, point: Vector) -> Vector:
+    """Return the velocity (base axes) of the material point of a body that is at ``point`` now."""
+    link = kinematics.tree.mounts[body].link
+    R, origin = kinematics.pose(link)
+    omega, velocity = kinematics.twist(link)
+    return plus(apply(R, velocity), cross(apply(R, omega), minus(point, origin)))
+
+
+class ConstraintCalculus:
+    """Derivatives of constraint rows along velocities, base motion and time."""
+
+    def __init__(self, algebra: Algebra, factors: Sequence[Factor], rows: Rows, moving_base: bool) -> None:
+        self.algebra = algebra
+        self.tape: Tape = algebra.tape
+        self.nv = sum(factor.v_size for factor in factors)
+        self.rows = rows
+        self.seeds = configuration_seeds(self.tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
+        self.rates = self._rates(moving_base)
+        self.holonomic = [value.ref for value in rows.holonomic]
+        self.level = [value.ref for value in rows.velocity]
+
+    def _rates(self, moving_base: bool) -> dict[Ref | InputSymbol, Ref]:
+        """Return the time derivative of everything that constraints are made of, v constant."""
+        tape = self.tape
+        rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
+        for key, tangent in self.seeds.items():
+            total = ZERO
+            for direction, ref in tangent.items():
+                total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
+            rates[key] = total
+        if moving_base:
+            rates |= _base_rates(tape)
+        return rates
+
+    def jacobian(self) -> list[list[Scalar]]:
+        """Return B, one row per constraint row, dense with structural zeros."""
+        by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
+        tangents = forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
+        return [[Scalar(self.tape, tangent.get(k, ZERO)) for k in range(self.nv)] for tangent in tangents]
+
+    def velocity(self) -> list[Scalar]:
+        """Return Phi' = B v + Phi_t of the holonomic rows, then the velocity rows themselves."""
+        first = jacobian_vector(self.tape, self.holonomic, self.rates)
+        return [Scalar(self.tape, ref) for ref in [*first, *self.level]]
+
+    def bias(self) -> list[Scalar]:
+        """Return the rate of ``velocity`` at vdot = 0: Z(v, v) with all terms of base motion and drivers."""
+        velocity = [value.ref for value in self.velocity()]
+        return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
+
+    def forces(self, B: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+        """Return B^T lam."""
+        total = [self.algebra.zero] * self.nv
+        for number, row in enumerate(B):
+            multiplier = Scalar(self.tape, self.tape.input("lam", number))
+            total = [force + entry * multiplier for force, entry in zip(total, row, strict=True)]
+        return total
+
+    def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
+        """Return left-trivialised partials in q of any values, one row each."""
+        tangents = forward_partials(self.tape, [value.ref for value in values], self.seeds)
+        return [[Scalar(self.tape, tangent.get(k, ZERO)) for k in range(self.nv)] for tangent in tangents]
+
+
+def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivatives of the base struct: pose by twist, twist by its own derivative, which is held constant."""
+    start: dict[str, int] = {}
+    offset = 0
+    for name, size, _ in BASE_LAYOUT:
+        start[name], offset = offset, offset + size
+    rates: dict[Ref | InputSymbol, Ref] = {}
+
+    def block(name: str, size: int) -> list[Ref]:
+        return [tape.input("base", start[name] + k) for k in range(size)]
+
+    quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
+    half = tape.constant(0.5)
+    w, x, y, z = (tape.mul(half, ref) for ref in quaternion)
+    a, b, c = omega
+    rows = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
+    for ref, row in zip(quaternion, rows, strict=True):
+        rates[ref] = tape.add(tape.add(tape.mul(row[0], a), tape.mul(row[1], b)), tape.mul(row[2], c))
+    R = rotation(tape, quaternion)
+    for ref, line in zip(block("position", 3), R, strict=True):
+        terms = [tape.mul(entry, part) for entry, part in zip(line, velocity, strict=True)]
+        rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
+    rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
+    rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
+    return rates
