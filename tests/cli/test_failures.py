@@ -1,0 +1,194 @@
+"""Each kind of failure: one message on stderr that says where and what, no traceback, its own exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from tests.runtime.scenes import PENDULUM_TOML
+
+ROOT = Path(eomgen.__file__).parents[1]
+
+BREAKING = """
+format = 1
+name = "breaking"
+gravity = [0, 0, 0]
+
+[bodies.slug]
+mass = 1.0
+
+[joints.slide]
+type = "prismatic"
+parent = "base"
+child = "slug"
+axis = [1, 0, 0]
+
+[efforts.root]
+joint = "slide"
+effort = "sqrt(0.5 - t)"
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(PENDULUM_TOML, encoding="utf-8")
+    return path
+
+
+def _run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    code = main(words)
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err + captured.out
+    return code, captured.out, captured.err
+
+
+def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = ["--out", str(tmp_path / "out")]
+    for words, text in (
+        (["simulat"], "No such command 'simulat'"),
+        (["simulate", str(scene_file)], "Missing option '--out'"),
+        (["simulate", str(scene_file), *out, "--step", "fast"], "'fast' is not a valid float"),
+        (["simulate", str(scene_file), *out, "--set", "length"], "usage error: --set length: a name and a number are needed"),
+        (["simulate", str(scene_file), *out, "--set", "length=long"], "usage error: --set length=long: 'long' is not a number"),
+        (["simulate", str(scene_file), *out, "--set", "lenght=1"], "usage error: there is no parameter 'lenght'; try: length"),
+        (["simulate", str(scene_file), *out, "--set", "length=nan"], "usage error: parameters: parameter length is nan"),
+        (["simulate", str(scene_file), *out, "--method", "rk5"], "usage error: method: there is no method 'rk5'; try: rk4"),
+        (["simulate", str(scene_file), *out, "--step", "-1"], "usage error: step: the step must be positive, not -1"),
+        (["info", str(tmp_path / "scene.yaml")], "is not a kind of file that can be read"),
+        ([], "Usage: eomgen"),
+    ):
+        code, printed, message = _run(words, capsys)
+        assert (code, printed) == (2, ""), message
+        assert text in message
+
+
+def test_description(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene_file.write_text(PENDULUM_TOML.replace("mass = ", "mas = "), encoding="utf-8")
+    code, printed, message = _run(["info", str(scene_file)], capsys)
+    assert (code, printed) == (3, "")
+    assert message.startswith("description error: ") and "bodies.link.mas" in message and "scene.toml:" in message
+
+
+def test_model(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, message = _run(["info", str(scene_file), "--terms", "mass,forces"], capsys)
+    assert (code, printed) == (4, "")
+    assert message.startswith("model error: no term is called 'forces'; try: one of mass, ")
+
+
+def test_toolchain(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    code, _, message = _run(["simulate", str(scene_file), "--out", str(tmp_path / "out")], capsys)
+    assert code == 5
+    assert message.startswith("toolchain error: ") and "no-such-compiler" in message
+
+
+def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = tmp_path / "breaking.toml", tmp_path / "out"
+    path.write_text(BREAKING, encoding="utf-8")
+    code, _, message = _run(["simulate", str(path), "--out", str(out), "--t-end", "1", "--no-plots"], capsys)
+    assert code == 6
+    assert "stopped at t = 0." in message and "Q (the generalized force)" in message and "; try: a step smaller than" in message
+    partial = eomgen.Solution.load(out / "solution.npz")
+    assert not partial.success and 400 < len(partial.t) <= 501
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["success"] is False
+
+
+def test_input_and_output(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, message = _run(["info", str(tmp_path / "nowhere.toml")], capsys)
+    assert code == 7 and message.startswith("input/output error: ") and "nowhere.toml" in message
+    code, _, message = _run(["simulate", str(scene_file), "--out", str(scene_file / "out")], capsys)
+    assert code == 7 and "the folder cannot be made: Not a directory" in message
+    occupied = tmp_path / "occupied"
+    occupied.mkdir()
+    (occupied / "thesis.txt").write_text("mine")
+    code, _, message = _run(["generate", str(scene_file), "--out", str(occupied)], capsys)
+    assert code == 7 and "nothing was overwritten" in message and (occupied / "thesis.txt").read_text() == "mine"
+
+
+def test_interrupted(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import importlib
+
+    @contextmanager
+    def interrupting(title: str) -> Iterator[Callable[[int, int], None]]:
+        yield lambda done, total: os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(importlib.import_module("eomgen.cli.simulate"), "_progress", interrupting)
+    out = tmp_path / "out"
+    words = ["simulate", str(scene_file), "--out", str(out), "--t-end", "1e4", "--record-every", "10", "--no-plots"]
+    code, _, message = _run(words, capsys)
+    assert code == 130
+    assert message.startswith("interrupted at t = ")
+    partial = eomgen.Solution.load(out / "solution.npz")
+    assert partial.interrupted and partial.message in message and 0 < partial.t[-1] < 1e4
+
+
+_LONG_RUN = """
+import sys
+import eomgen
+model = eomgen.build(sys.argv[1], profile="quick")
+started = []
+def progress(done, total):
+    if not started:
+        started.append(print("running", flush=True))
+run = model.simulate(1e6, 1e-3, record_every=1000, progress=progress)
+run.save(sys.argv[2])
+sys.exit(0 if run.success else 130)
+"""
+
+
+def test_ctrl_c_from_outside_leaves_a_partial_result(scene_file: Path, tmp_path: Path) -> None:
+    saved = tmp_path / "partial.npz"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        [sys.executable, "-c", _LONG_RUN, str(scene_file), str(saved)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "running\n"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert errors == ""
+    partial = eomgen.Solution.load(saved)
+    assert partial.interrupted and partial.message.startswith("interrupted at t = ") and partial.t[-1] > 0.0
+
+
+def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(scene_file: Path) -> None:
+    scene_file.write_text("format = 1\nname = \n", encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-m", "eomgen", "info", str(scene_file)]
+    plain = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+    assert (plain.returncode, plain.stdout) == (3, "")
+    assert plain.stderr.startswith("description error: scene.toml:2: this is not TOML") and "Traceback" not in plain.stderr
+    loud = subprocess.run([*words, "--debug"], capture_output=True, text=True, env=environment, check=False)
+    assert loud.returncode == 3 and "Traceback" in loud.stderr
+
+
+def test_a_fault_of_ours_is_called_one(
+    scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from eomgen import pipeline
+
+    def broken(*_: object, **__: object) -> None:
+        raise KeyError("lost")
+
+    monkeypatch.setattr(pipeline, "load", broken)
+    code, _, message = _run(["info", str(scene_file)], capsys)
+    assert code == 1
+    assert message == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"

@@ -1,0 +1,105 @@
+"""Every verb through the same door as the user's: what it prints where, what it writes, and its exit code."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import VERBS, main
+from tests.runtime.scenes import PENDULUM_TOML
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(PENDULUM_TOML, encoding="utf-8")
+    return path
+
+
+def test_help_lists_every_verb_and_each_has_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"  {verb} " in text for verb in VERBS)
+    for verb in VERBS:
+        assert main([verb, "--help"]) == 0
+        assert f"Usage: eomgen {verb}" in capsys.readouterr().out
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"eomgen {eomgen.__version__}\n"
+
+
+def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(scene_file)]) == 0
+    table = capsys.readouterr().out
+    assert "shaken: 1 degrees of freedom, 1 bodies, 1 inputs" in table
+    assert "Exact operation counts" in table and "forward_dynamics" in table and "rotation of the base" in table
+    assert main(["info", str(scene_file), "--json", "--terms", "mass"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    system = eomgen.derive(scene_file, terms=["mass"])
+    assert data["sizes"] == {"nq": 1, "nv": 1, "nu": 1, "nz": 0, "bodies": 1}
+    assert data["groups"] == [{"joint": "hinge", "group": "R", "nq": 1, "nv": 1}]
+    assert data["functions"]["mass"]["counts"]["flops"] == system.counts["mass"].flops
+    assert "forward_dynamics" not in data["functions"]
+
+
+def test_simulate_writes_everything_and_says_where(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    words = ["simulate", str(scene_file), "--out", str(out), "--t-end", "0.5", "--step", "0.002", "--rho-inf", "0.9"]
+    assert main([*words, "--set", "length=0.7", "--input", "torque=0.1", "--record-every", "5"]) == 0
+    captured = capsys.readouterr()
+    assert "q.hinge at the end" in captured.out and "reached t = 0.5 s in 250 steps" in captured.err
+    assert str(out) in captured.err and str(out) not in captured.out
+    names = {"solution.npz", "solution.csv", "summary.json", "coordinates.png", "velocities.png", "outputs.png", "energy.png"}
+    assert {file.name for file in out.iterdir()} == names
+    solution = eomgen.Solution.load(out / "solution.npz")
+    direct = eomgen.build(scene_file).simulate(
+        0.5, 0.002, rho_inf=0.9, parameters={"length": 0.7}, inputs={"torque": 0.1}, record_every=5
+    )
+    np.testing.assert_array_equal(solution.q, direct.q)
+    with (out / "solution.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 51 and float(rows[-1]["q.hinge"]) == solution.q[-1, 0]
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert summary["success"] and summary["scene"] == "shaken" and summary["parameters"]["length"] == 0.7
+    assert set(summary["files"]) == names
+    for file in names:
+        if file.endswith(".png"):
+            assert (out / file).read_bytes().startswith(b"\x89PNG")
+
+
+def test_simulate_prints_json_on_request(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.1", "--no-plots", "--json"]
+    assert main([*words, "--method", "rk4"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["method"] == "rk4" and data["degrees_of_freedom"] == 1 and data["stats"]["steps"] == 100
+    assert set(data["final"]) >= {"t", "q.hinge", "v.hinge", "output.tip[2]", "energy.total"}
+    assert {Path(data["folder"]) / name for name in data["files"]} == set((tmp_path / "out").iterdir())
+
+
+def test_generate_prints_the_files(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["generate", str(scene_file), "--out", str(tmp_path / "c")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert {Path(line) for line in lines} == set((tmp_path / "c").iterdir())
+    assert "shaken_step.c" in {Path(line).name for line in lines}
+
+
+def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert {"bodies", "joints", "simulation"} <= set(schema["properties"])
+
+
+def test_doctor_reports_the_compiler(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["doctor", "--json"]) == 0
+    checks = {check["name"]: check for check in json.loads(capsys.readouterr().out)}
+    assert checks["compiler"]["ok"] and checks["numpy"]["ok"]
+    assert main(["doctor", "--quiet"]) == 0
+    assert "numpy" not in capsys.readouterr().out
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert main(["doctor"]) == 5
+    captured = capsys.readouterr()
+    assert "BROKEN" in captured.out and "models cannot be built: compiler" in captured.err
