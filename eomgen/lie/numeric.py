@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.lie.algebra import NumpyAlgebra
-from eomgen.lie.groups import Group, Rows
+from eomgen.lie.groups import Group
+from eomgen.lie.rotations import Rows
 
 Array = NDArray[Any]
 _ALGEBRA = NumpyAlgebra()

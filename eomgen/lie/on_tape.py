@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.lie.algebra import TapeAlgebra
-from eomgen.lie.groups import Group, Rows
+from eomgen.lie.groups import Group
+from eomgen.lie.rotations import Rows
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
