@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from scipy.special import ellipj, ellipk
 
 import eomgen
 from eomgen import Model
+from eomgen.cli import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FOLDERS = sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml"))
@@ -43,6 +45,17 @@ def test_each_folder_has_a_readme_with_its_picture_and_runs_as_it_says(name: str
     run = _model(name).simulate(0.5)
     assert run.success, run.message
     assert np.all(np.isfinite(run.q)) and run.outputs
+
+
+@pytest.mark.parametrize("name", [name for name in FOLDERS if name != "active_vehicle"])
+def test_command_of_the_readme_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    readme = (EXAMPLES / name / "README.md").read_text(encoding="utf-8")
+    (command,) = re.findall(r"^    eomgen (.*)$", readme, re.MULTILINE)
+    short = ["--t-end", "0.2", "--no-plots"] if command.startswith("simulate") else []
+    monkeypatch.chdir(EXAMPLES.parent)
+    arguments = [str(tmp_path / part) if part.startswith("out/") else part for part in command.split()]
+    assert main([*arguments, *short]) == 0
+    assert any((tmp_path / "out" / name).iterdir())
 
 
 def _double_pendulum(t: float, y: np.ndarray) -> list[float]:
