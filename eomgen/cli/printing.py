@@ -23,7 +23,7 @@ def console(*, stderr: bool = False) -> Console:
 
 def print_table(title: str, header: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Sequence[int] = ()) -> None:
     """Print a table to stdout; columns in ``numeric`` are aligned to the right."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header))
     for index, name in enumerate(header):
         table.add_column(name, justify="right" if index in numeric else "left", no_wrap=index in numeric, overflow="fold")
     for row in rows:

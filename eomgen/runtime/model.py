@@ -10,19 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
-from eomgen.errors import Problem, UsageError
-from eomgen.runtime.arguments import by_name, check_finite, check_name, check_quaternions, components, numbers
+from eomgen.runtime.arguments import check_name, components, numbers
 from eomgen.runtime.configuration import configuration_rate, rotated, with_unit_quaternions
-from eomgen.runtime.coordinates import Factor, coordinate_names, coordinate_units
-from eomgen.runtime.functions import Functions
+from eomgen.runtime.coordinates import coordinate_names, coordinate_units
+from eomgen.runtime.terms import Inputs, Parameters, Terms
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
     from eomgen.runtime.solution import Solution
 
 Array = NDArray[np.float64]
-Parameters = Mapping[str, ArrayLike] | ArrayLike | None
-Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 
 #: What the function ``energy`` gives, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
@@ -57,17 +54,14 @@ class Model:
         self.scene = scene
         self.library = library
         self.stepper = stepper
-        self.functions = Functions(library)
-        self.factors = tuple(Factor(**factor) for factor in layout["factors"])
+        self._terms = Terms(library)
+        self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, scene.joints)
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
-        self.inputs: tuple[str, ...] = tuple(item["name"] for item in layout["inputs"])
         self.initial_q = np.array(layout["initial_q"], dtype=float)
         self.initial_v = np.array(layout["initial_v"], dtype=float)
         self.initial_z = np.array(layout["initial_z"], dtype=float)
-        self._default_p = np.array([item["value"] for item in layout["parameters"]], dtype=float)
-        self._default_p.setflags(write=False)
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
 
     # -- sizes and names -----------------------------------------------------------------------------------------------
@@ -127,9 +121,8 @@ class Model:
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
     ) -> Array:
         """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
-        if "base_motion" not in self.functions and not self.library.layout["facts"]["moving_base"]:
-            self._no_base(base)
-            q, v = self._q(q), components("v", v, self.nv)
+        if not self._terms.moving_base and base is None:
+            q, v = self._terms.configuration(q), self._terms.velocity("v", v)
             return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], numbers("t", t).shape), self.nv))
         return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
 
@@ -152,7 +145,7 @@ class Model:
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Return K, C, M, each (..., nv, nv): exact partials of inverse dynamics in q (left-trivialised), v and a."""
-        K, C, M = self._call("partials", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        K, C, M = self._terms.call("partials", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
         return K, C, M
 
     # -- bodies, outputs, energies -------------------------------------------------------------------------------------
@@ -227,10 +220,7 @@ class Model:
 
     def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
-        time = numbers("t", t)
-        if "inputs" not in self.functions:
-            return np.zeros((*time.shape, self.nu))
-        return self.functions("inputs", {"t": time, "p": self.parameter_array(parameters)})[0]
+        return self._terms.formula_inputs({"t": numbers("t", t), "p": self.parameter_array(parameters)})
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
@@ -254,59 +244,10 @@ class Model:
 
     def parameter_array(self, parameters: Parameters = None) -> Array:
         """Return tunable parameters as (..., np). Raises UsageError for unknown names, wrong shapes and non-finite values."""
-        if parameters is None:
-            return self._default_p
-        names = list(self._parameters)
-        if isinstance(parameters, Mapping):
-            array = by_name("parameter", parameters, names, self._default_p)
-        else:
-            array = components("parameters", parameters, len(names))
-        check_finite("parameters", array, [f"parameter {name}" for name in names])
-        return array
-
-    def _call(self, term: str, **given: Any) -> tuple[Array, ...]:
-        blocks = set(self.functions.inputs(term))
-        missing_a = "a" in blocks and given["a"] is None
-        if missing_a:
-            blocks |= set(self.functions.inputs("forward_dynamics"))
-        values: dict[str, Array] = {"q": self._q(given["q"]), "p": self.parameter_array(given["parameters"])}
-        for block in ("v", "a"):
-            if given.get(block) is not None:
-                values[block] = components(block, given[block], self.nv)
-        values["t"] = numbers("t", given.get("t", 0.0))
-        self._add_base(values, given.get("base"), blocks)
-        if "u" in blocks or given.get("u") is not None:
-            values["u"] = self._u(given["u"], values)
-        if missing_a:
-            values["a"] = self.functions("forward_dynamics", values)[0]
-        return self.functions(term, values)
+        return self._terms.parameters(parameters)
 
     def _one(self, term: str, **given: Any) -> Array:
-        return self._call(term, **given)[0]
-
-    def _q(self, q: ArrayLike) -> Array:
-        array = components("q", q, self.nq)
-        check_quaternions("q", array, self.factors)
-        return array
-
-    def _u(self, u: Inputs, values: Mapping[str, Array]) -> Array:
-        if u is not None and not isinstance(u, Mapping):
-            return components("u", u, self.nu)
-        from_formulas = (
-            self.functions("inputs", values)[0] if "inputs" in self.functions else np.zeros((*values["t"].shape, self.nu))
-        )
-        return from_formulas if u is None else by_name("input", u, self.inputs, from_formulas)
-
-    def _add_base(self, values: dict[str, Array], base: ArrayLike | None, blocks: set[str]) -> None:
-        if base is not None:
-            self._no_base(base)
-            values["base"] = components("base", base, self.functions.sizes["base"])
-        elif "base" in blocks:
-            values["base"] = self.functions("base", values)[0]
-
-    def _no_base(self, base: ArrayLike | None) -> None:
-        if base is not None and not self.library.layout["facts"]["moving_base"]:
-            raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
+        return self._terms.call(term, **given)[0]
 
     def _body(self, body: str) -> int:
         check_name("body", body, self.bodies)

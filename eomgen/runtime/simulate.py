@@ -18,9 +18,10 @@ from eomgen.runtime.diagnosis import advice, first_non_finite
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
 from eomgen.runtime.methods import canonical_name, terms_of
-from eomgen.runtime.model import Model, Parameters
+from eomgen.runtime.model import Model
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
+from eomgen.runtime.terms import Parameters
 
 Array = NDArray[np.float64]
 _BATCH = 8192

@@ -1,0 +1,104 @@
+"""One term called with what the user gave: checks, defaults, base, inputs and accelerations where they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.build.library import Library
+from eomgen.errors import Problem, UsageError
+from eomgen.runtime.arguments import by_name, check_finite, check_quaternions, components, numbers
+from eomgen.runtime.coordinates import Factor
+from eomgen.runtime.functions import Functions
+
+Array = NDArray[np.float64]
+Parameters = Mapping[str, ArrayLike] | ArrayLike | None
+Inputs = Mapping[str, ArrayLike] | ArrayLike | None
+
+
+class Terms:
+    """The terms of a compiled model.
+
+    Parameters
+    ----------
+    library : Library
+    """
+
+    def __init__(self, library: Library) -> None:
+        layout: Mapping[str, Any] = library.layout
+        self.functions = Functions(library)
+        self.factors = tuple(Factor(**factor) for factor in layout["factors"])
+        self.moving_base = bool(layout["facts"]["moving_base"])
+        self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
+        self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
+        self._defaults = np.array([item["value"] for item in layout["parameters"]], dtype=float)
+        self._defaults.setflags(write=False)
+
+    def parameters(self, parameters: Parameters) -> Array:
+        """Return tunable parameters as (..., np). Raises UsageError for unknown names, wrong shapes and non-finite values."""
+        if parameters is None:
+            return self._defaults
+        if isinstance(parameters, Mapping):
+            array = by_name("parameter", parameters, self.parameter_names, self._defaults)
+        else:
+            array = components("parameters", parameters, len(self.parameter_names))
+        check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])
+        return array
+
+    def configuration(self, q: ArrayLike) -> Array:
+        """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length."""
+        array = components("q", q, self.functions.sizes["q"])
+        check_quaternions("q", array, self.factors)
+        return array
+
+    def velocity(self, name: str, v: ArrayLike) -> Array:
+        """Return v or a as (..., nv)."""
+        return components(name, v, self.functions.sizes["v"])
+
+    def call(self, term: str, **given: Any) -> tuple[Array, ...]:
+        """Evaluate a term.
+
+        Parameters
+        ----------
+        given : q and parameters; v, a, t, u and base where the term may depend on them
+            ``a``, ``u`` and ``base`` may be None: accelerations by forward dynamics, inputs and base by the scene's formulas.
+        """
+        blocks = set(self.functions.inputs(term))
+        missing_a = "a" in blocks and given["a"] is None
+        if missing_a:
+            blocks |= set(self.functions.inputs("forward_dynamics"))
+        values = {"q": self.configuration(given["q"]), "p": self.parameters(given["parameters"])}
+        for block in ("v", "a"):
+            if given.get(block) is not None:
+                values[block] = self.velocity(block, given[block])
+        values["t"] = numbers("t", given.get("t", 0.0))
+        if given.get("base") is not None:
+            values["base"] = self.base(given["base"])
+        elif "base" in blocks:
+            values["base"] = self.functions("base", values)[0]
+        if "u" in blocks or given.get("u") is not None:
+            values["u"] = self._inputs(given["u"], values)
+        if missing_a:
+            values["a"] = self.functions("forward_dynamics", values)[0]
+        return self.functions(term, values)
+
+    def base(self, base: ArrayLike) -> Array:
+        """Return the caller's state of the base as (..., 19). Raises UsageError when the scene's base is at rest."""
+        if not self.moving_base:
+            raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
+        return components("base", base, self.functions.sizes["base"])
+
+    def formula_inputs(self, values: Mapping[str, Array]) -> Array:
+        """Return the inputs that the scene says at ``values["t"]``, 0 where it says nothing."""
+        if "inputs" in self.functions:
+            return self.functions("inputs", values)[0]
+        return np.zeros((*values["t"].shape, len(self.input_names)))
+
+    def _inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
+        if u is not None and not isinstance(u, Mapping):
+            return components("u", u, len(self.input_names))
+        said = self.formula_inputs(values)
+        return said if u is None else by_name("input", u, self.input_names, said)
