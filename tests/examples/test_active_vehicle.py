@@ -77,8 +77,8 @@ def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, r
 
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: float) -> None:
-    run = model.simulate(16.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
-    settled = run.t > 12.0  # passive heave decays with exp(-1.4 t): 5e-8 are left
+    run = model.simulate(22.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
+    settled = run.t > 19.0  # the slowest mode of the passive car decays with exp(-0.94 t): 2e-8 are left
     M, C, K = _matrices(skyhook)
     roads = _roads()
     frequency = roads[0][0]
@@ -89,8 +89,8 @@ def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: f
     heave = np.real(waves @ (-(frequency[:, None] ** 2) * response))[:, 0]
     loads = np.real(waves @ (forces[:, 3:] - TYRE * response[:, 3:]))
     for found, expected in ((run.outputs["body_acceleration"][settled], heave), (run.outputs["tyre_load"][settled], loads)):
-        # angles reach 0.03 rad and struts turn by less: geometry bends the response by some 1e-3
-        assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-3 * np.sqrt(np.mean(expected**2))
+        # angles reach 0.03 rad: rises of the corners differ from those of linear theory by up to 0.03^2 / 2 of themselves
+        assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-4 * np.sqrt(np.mean(expected**2))
 
 
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
