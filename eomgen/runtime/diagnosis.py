@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,13 +64,26 @@ def _at(model: Model, t: float, q: Array, v: Array, p: Array, signals: InputSign
     return ""
 
 
-def advice(status_text: str, step: float) -> str:
+def indefinite_mass(model: Model, q: Array, p: Array) -> str:
+    """Return a clause on an inertia matrix that is not positive definite at q; empty when it is."""
+    if "mass" not in model.functions:
+        return ""
+    M = model.mass(q, parameters=p)
+    if not np.all(np.isfinite(M)):
+        return ""
+    smallest = float(np.linalg.eigvalsh(M)[0])
+    return (
+        f"the inertia matrix there is not positive definite, its smallest eigenvalue is {smallest:.3g}" if smallest <= 0.0 else ""
+    )
+
+
+def advice(status_text: str, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
-    smaller = f"a step smaller than {step:.3g} s"
+    smaller = f"a step smaller than {settings['step']:.3g} s"
     if "singular" in status_text:
         return "the inertia of the bodies and, near special configurations, other initial angles"
-    if "finite" in status_text:
+    if "finite" in status_text or "not a number" in status_text:
         return f"{smaller}; then the forces and formulas near that time"
     if "converge" in status_text:
-        return f"{smaller}, or a smaller rho_inf"
+        return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller
     return "the settings and inputs of the run"

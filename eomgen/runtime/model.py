@@ -64,6 +64,9 @@ class Model:
         self.initial_z = np.array(layout["initial_z"], dtype=float)
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
 
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+
     # -- sizes and names -----------------------------------------------------------------------------------------------
 
     @property

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.specification import default_settings
-from eomgen.runtime.diagnosis import advice, first_non_finite
+from eomgen.runtime.diagnosis import advice, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
 from eomgen.runtime.methods import canonical_name, terms_of
@@ -106,7 +106,7 @@ def simulate(
         run = run_chunks(stepper, steps, every, driven, progress)
     wall = time.perf_counter() - began
 
-    message = _message(model, stepper, run, p, signals, steps)
+    message = _message(model, stepper, run, p, signals, steps, chosen)
     statistics = stepper.statistics if not (status and not run.steps) else {}
     t, q, v, a = _split(run.rows, model)
     outputs, energy = _evaluate(model, t, q, v, a, signals if driven else None, p)
@@ -190,7 +190,9 @@ def _check_memory(rows: int, width: int) -> None:
         raise UsageError(Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more"))
 
 
-def _message(model: Model, stepper: Stepper, run: Trajectory, p: Array, signals: InputSignals, steps: int) -> str:
+def _message(
+    model: Model, stepper: Stepper, run: Trajectory, p: Array, signals: InputSignals, steps: int, settings: Mapping[str, float]
+) -> str:
     t = run.rows[-1, 0]
     if run.failure is not None:
         return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {run.failure.problems[0]}"
@@ -199,10 +201,12 @@ def _message(model: Model, stepper: Stepper, run: Trajectory, p: Array, signals:
     if run.status == 0:
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
-    _, q, v, a = _split(run.rows[-1:], model)
-    block = first_non_finite(model, float(t), q[0], v[0], a[0], stepper.step_size, p, signals)
-    where = f"; the first block that is not finite is {block}" if block else ""
-    return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{where}; try: {advice(text, stepper.step_size)}"
+    _, q, v, a = (part[0] for part in _split(run.rows[-1:], model))
+    block = first_non_finite(model, float(t), q, v, a, settings["step"], p, signals)
+    inertia = indefinite_mass(model, q, p)
+    details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
+    hint = "masses and inertias that bodies can have" if inertia and not block else advice(text, settings)
+    return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
 
 
 def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array]:

@@ -17,7 +17,7 @@ from eomgen.runtime.files import read_arrays, write_arrays, write_table
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """States, outputs and energies at the recorded times.
 
@@ -48,6 +48,9 @@ class Solution:
     success: bool = True
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def save(self, path: str | Path) -> Path:
         """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a whole.

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -103,3 +106,13 @@ def test_doctor_reports_the_compiler(capsys: pytest.CaptureFixture[str], monkeyp
     assert main(["doctor"]) == 5
     captured = capsys.readouterr()
     assert "BROKEN" in captured.out and "models cannot be built: compiler" in captured.err
+
+
+def test_a_reader_that_goes_away_is_no_error(scene_file: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(Path(eomgen.__file__).parents[1])}
+    words = [sys.executable, "-m", "eomgen", "info", str(scene_file)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 0

@@ -140,6 +140,19 @@ def test_a_start_at_which_forces_are_no_numbers_is_reported_not_raised() -> None
     assert "stopped at t = 0.6 s, after 0 of 400 steps" in run.message and "Q (the generalized force)" in run.message
 
 
+def test_an_impossible_inertia_is_explained_when_it_ends_a_run() -> None:
+    balloon = eomgen.SceneBuilder("balloon").parameter("mass", 1.0, tunable=True)
+    balloon.body("first", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
+    balloon.body("second", "mass", center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
+    balloon.joint("shoulder", "revolute", "base", "first", axis=[0, 1, 0], initial={"position": [0.5]})
+    balloon.joint("elbow", "revolute", "first", "second", axis=[0, 1, 0], position=[0, 0, -1])
+    model = eomgen.build(balloon.build(), profile="quick")
+    run = model.simulate(10.0, 1e-2, parameters={"mass": -1.1})
+    assert not run.success
+    assert "the inertia matrix there is not positive definite, its smallest eigenvalue is -" in run.message
+    assert run.message.endswith("; try: masses and inertias that bodies can have")
+
+
 def test_an_input_function_that_fails_ends_the_run_just_before() -> None:
     def torque(t: float) -> float:
         return 1.0 / (1.0 if t < 0.25 else 0.0)
