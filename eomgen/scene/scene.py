@@ -20,14 +20,16 @@ BASE = "base"
 TERMS = (
     "mass",
     "coupling",
-    "base_motion",
     "force",
+    "base_motion",
     "inverse_dynamics",
     "forward_dynamics",
-    "rates",
-    "linearization",
-    "energy",
+    "residual",
+    "partials",
+    "poses",
+    "twists",
     "outputs",
+    "energy",
 )
 JointType = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
 

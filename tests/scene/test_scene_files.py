@@ -175,6 +175,21 @@ def test_free_joint_state() -> None:
     assert scene.joints[0].initial_velocity == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
+@pytest.mark.parametrize(
+    ("quaternion", "message"),
+    [
+        ("[1, 0, 0, 1e-2]", "the quaternion has norm 1.00005, not 1; try: [0.999950004, 0, 0, 0.00999950004]"),
+        ("[0, 0, 0, 0]", "the quaternion has norm 0, not 1; try: [1, 0, 0, 0]"),
+        ("[0, 2, 0, 0]", "the quaternion has norm 2, not 1; try: [0, 1, 0, 0]"),
+        ("[1, 0, 0]", "a quaternion (w, x, y, z) needs 4 numbers, not 3"),
+    ],
+)
+def test_quaternions_of_other_norms_are_refused(quaternion: str, message: str) -> None:
+    assert problems(f"initial = {{ orientation = {quaternion} }}", FREE) == [
+        f"scene.toml:10 (joints.flight.initial.orientation): {message}"
+    ]
+
+
 def test_intrinsic_rotations_agree_as_matrix_and_quaternion() -> None:
     turns = "[{ axis = [1, 2, 3], angle = 0.7 }, { axis = [0, -1, 1], angle = -1.3 }, { axis = [1, 0, 0], angle = 2.1 }]"
     joint = read(f"rotation = {turns}\ninitial = {{ rotation = {turns} }}", FREE).joints[0]
@@ -439,6 +454,7 @@ def chain(*links: str) -> str:
         (["revolute 1 0 0"], "what it carries has no inertia about its axis"),
         (["prismatic 0 1 0"], "what it carries has no mass"),
         (["spherical 1 0 0"], "what it carries has no inertia about some axis through its centre"),
+        (["free 0 1 0"], "what it carries lacks mass, or inertia about some axis through its centre of mass"),
         (["free 1 0 0"], "what it carries lacks mass, or inertia about some axis through its centre of mass"),
         (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
     ],
@@ -582,6 +598,16 @@ s = "x\\"#"
         "list[2]": 8,
         "list[3]": 8,
     }
+
+
+def test_mechanics_knows_every_term() -> None:
+    from eomgen.mechanics.derive import TERMS as DERIVED
+    from eomgen.scene.scene import TERMS
+
+    assert set(TERMS) <= set(DERIVED)
+    assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")
+    (found,) = problems(text=replaced("format = 1", 'format = 1\nterms = ["mas"]'))
+    assert found.startswith("scene.toml:2 (terms[0]): 'mas' is not known here; try: one of mass, coupling, force,")
 
 
 def test_json_schema() -> None:
