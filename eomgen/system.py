@@ -106,6 +106,10 @@ class System:
         ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
     dof_parent : (nv,) tuple
         For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
+    multipliers : tuple of str
+        Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
+    patterns : mapping from K, C, M, B, Z to (row, column) pairs
+        Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
     guards : tuple of Ref
         Functions whose sign changes are events; ``modes`` are integers held constant within a step.
     discontinuity_times : tuple of float
@@ -128,6 +132,8 @@ class System:
     facts: Facts
     initial_z: tuple[float, ...] = ()
     multipliers: tuple[str, ...] = ()
+    holonomic: int = 0
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     guards: tuple[Ref, ...] = ()
     modes: tuple[str, ...] = ()
     discontinuity_times: tuple[float, ...] = ()

@@ -41,11 +41,16 @@ class BaseState:
         return BaseMotion(self.omega, self.omega_dot, acceleration, gravity)
 
 
+def resting_base(algebra: Algebra, gravity: Vector) -> BaseState:
+    """Return a base that is the world."""
+    zero = algebra.zero_vector
+    return BaseState(False, False, algebra.identity, zero, zero, zero, zero, zero, gravity)
+
+
 def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
     """Return the base as components of the input block ``base``, or the world when the scene has no base motion."""
-    zero = algebra.zero_vector
     if scene.base is None:
-        return BaseState(False, False, algebra.identity, zero, zero, zero, zero, zero, gravity)
+        return resting_base(algebra, gravity)
     fields: dict[str, list[Scalar]] = {}
     start = 0
     for name, size, _ in BASE_LAYOUT:
@@ -57,9 +62,9 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
         turning=turning,
         orientation=quaternion_matrix(algebra, fields["quaternion"]) if turning else algebra.identity,
         position=algebra.vector(fields["position"]),
-        omega=algebra.vector(fields["omega"]) if turning else zero,
+        omega=algebra.vector(fields["omega"]) if turning else algebra.zero_vector,
         velocity=algebra.vector(fields["velocity"]),
-        omega_dot=algebra.vector(fields["omega_dot"]) if turning else zero,
+        omega_dot=algebra.vector(fields["omega_dot"]) if turning else algebra.zero_vector,
         velocity_dot=algebra.vector(fields["velocity_dot"]),
         gravity_world=gravity,
     )

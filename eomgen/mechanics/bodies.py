@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from eomgen.mechanics.base import BaseState, quaternion_product
+from eomgen.mechanics.base import quaternion_product
 from eomgen.mechanics.kinematics import Kinematics
-from eomgen.mechanics.tree import ROOT, Link, Tree
+from eomgen.mechanics.tree import CARRIER, ROOT, Link, Tree
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Matrix, Scalar, apply, cross, plus, transpose
 from eomgen.symbolic.tape import Op
@@ -39,22 +39,22 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
     constant = [algebra.scalar(part) for part in constant_quaternion(link.orientation)]
     start = link.factor.q_start
     q = [Scalar(algebra.tape, algebra.tape.input("q", start + k)) for k in range(link.factor.q_size)]
-    if link.joint.type == "prismatic":
-        return constant
     if link.joint.type == "revolute":
         half = q[0] * 0.5
         sine = algebra.call(Op.SIN, half)
         axis = link.columns[0].angular
         return quaternion_product(constant, [algebra.call(Op.COS, half), *(component * sine for component in axis)])
+    if link.factor.group == "R":
+        return constant
     return quaternion_product(constant, q[:4])
 
 
-def poses(scene: Scene, tree: Tree, kinematics: Kinematics, base: BaseState) -> list[Scalar]:
+def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     """Return quaternion (body to world) and position of each body of the scene, 7 numbers each."""
     algebra = tree.algebra
-    root = [algebra.one, *algebra.zero_vector]
-    if base.turning:
-        root = algebra.block("base", 4)
+    still = [algebra.one, *algebra.zero_vector]
+    root = algebra.block("base", 4) if kinematics.base.turning else still
+    carrier = algebra.block("base", 4) if kinematics.carrier.turning else still
     of_links: list[list[Scalar]] = []
     for link in tree.links:
         above = root if link.parent == ROOT else of_links[link.parent]
@@ -62,20 +62,21 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics, base: BaseState) -> 
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
-        above = root if mount.link == ROOT else of_links[mount.link]
+        above = {ROOT: root, CARRIER: carrier}[mount.link] if mount.link < 0 else of_links[mount.link]
         constant = [algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
         values += quaternion_product(above, constant)
         values += kinematics.position(body.name, algebra.zero_vector)
     return values
 
 
-def twists(scene: Scene, tree: Tree, kinematics: Kinematics, base: BaseState) -> list[Scalar]:
+def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     """Return the inertial twist of each body in its own axes, 6 numbers each, angular first."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
-        if mount.link == ROOT:
-            omega, velocity = base.omega, plus(base.velocity, cross(base.omega, mount.position))
+        if mount.link < 0:
+            carrier = kinematics.carrier
+            omega, velocity = carrier.omega, plus(carrier.velocity, cross(carrier.omega, mount.position))
         else:
             omega, velocity = kinematics.inertial_twist(mount.link)
             velocity = plus(velocity, cross(omega, mount.position))

@@ -7,7 +7,7 @@ and drivers included) are derivatives along directions that the configuration, t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from eomgen.mechanics.kinematics import Kinematics
@@ -148,22 +148,9 @@ class ConstraintCalculus:
         self.nv = sum(factor.v_size for factor in factors)
         self.rows = rows
         self.seeds = configuration_seeds(self.tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
-        self.rates = self._rates(moving_base)
+        self.rates = rates_of(self.tape, self.seeds, moving_base)
         self.holonomic = [value.ref for value in rows.holonomic]
         self.level = [value.ref for value in rows.velocity]
-
-    def _rates(self, moving_base: bool) -> dict[Ref | InputSymbol, Ref]:
-        """Return the time derivative of everything that constraints are made of, v constant."""
-        tape = self.tape
-        rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
-        for key, tangent in self.seeds.items():
-            total = ZERO
-            for direction, ref in tangent.items():
-                total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
-            rates[key] = total
-        if moving_base:
-            rates |= _base_rates(tape)
-        return rates
 
     def jacobian(self) -> list[list[Scalar]]:
         """Return B, one row per constraint row, dense with structural zeros."""
@@ -193,6 +180,21 @@ class ConstraintCalculus:
         """Return left-trivialised partials in q of any values, one row each."""
         tangents = forward_partials(self.tape, [value.ref for value in values], self.seeds)
         return [[Scalar(self.tape, tangent.get(k, ZERO)) for k in range(self.nv)] for tangent in tangents]
+
+
+def rates_of(
+    tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool
+) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivative of time, configuration and base, for directional derivatives with v held constant."""
+    rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
+    for key, tangent in seeds.items():
+        total = ZERO
+        for direction, ref in tangent.items():
+            total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
+        rates[key] = total
+    if moving_base:
+        rates |= _base_rates(tape)
+    return rates
 
 
 def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:

@@ -173,16 +173,20 @@ def _components(algebra: Algebra, block: str, start: int, size: int) -> tuple[Sc
 
 def _aligned(algebra: Algebra, joint: Joint) -> tuple[Matrix, Vector]:
     """Return the turn from link to body axes that makes a skew revolute axis the link's z, and the axis in link axes."""
-    axis = joint.axis
-    if joint.type != "revolute" or any(abs(component) == 1.0 for component in axis):
-        return algebra.identity, algebra.vector(axis)
+    if joint.type != "revolute" or any(abs(component) == 1.0 for component in joint.axis):
+        return algebra.identity, algebra.vector(joint.axis)
+    return algebra.matrix(aligning_turn(joint.axis)), algebra.vector((0.0, 0.0, 1.0))
+
+
+def aligning_turn(axis: tuple[float, float, float]) -> tuple[tuple[float, float, float], ...]:
+    """Return a constant rotation whose third column is ``axis``; exact for coordinate axes."""
     smallest = min(range(3), key=lambda k: abs(axis[k]))
     first = [-axis[smallest] * component for component in axis]
     first[smallest] += 1.0
     length = math.sqrt(sum(component * component for component in first))
     x = [component / length for component in first]
     y = [axis[1] * x[2] - axis[2] * x[1], axis[2] * x[0] - axis[0] * x[2], axis[0] * x[1] - axis[1] * x[0]]
-    return algebra.matrix([[x[k], y[k], axis[k]] for k in range(3)]), algebra.vector((0.0, 0.0, 1.0))
+    return tuple((x[k], y[k], axis[k]) for k in range(3))
 
 
 def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from eomgen.scene.constraint import Constraint
 from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
@@ -217,6 +218,9 @@ class Scene:
     Attributes
     ----------
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
+    constraints : what closes loops, besides the joints of the tree.
+    coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
+    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
     content : bytes that determine the scene (canonical JSON of its data), for the cache key and for golden files.
@@ -237,6 +241,9 @@ class Scene:
     forces: tuple[Force, ...] = ()
     efforts: tuple[Effort, ...] = ()
     outputs: tuple[Output, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    coordinates: Literal["joint", "absolute"] = "joint"
+    groups: Mapping[str, str] = field(default_factory=dict)
     simulation: Simulation = Simulation()
     terms: tuple[str, ...] = ()
     source: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,254 @@
+"""The terms of one scene, each recorded on the scene's tape at its first use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.errors import ModelError
+from eomgen.mechanics import terms as separated
+from eomgen.mechanics.absolute import build_absolute_tree
+from eomgen.mechanics.articulated import articulated_forward
+from eomgen.mechanics.base import base_state, resting_base
+from eomgen.mechanics.bodies import poses, twists
+from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
+from eomgen.mechanics.energy import energies
+from eomgen.mechanics.forces import Loads, applied_loads
+from eomgen.mechanics.formulas import record
+from eomgen.mechanics.forward import solve_tree
+from eomgen.mechanics.grouping import grouped
+from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, joint_constraint
+from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.motion import total_fields
+from eomgen.mechanics.partials import inertial_partials
+from eomgen.mechanics.quantities import Quantities
+from eomgen.mechanics.tree import Tree, build_tree
+from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.configuration import tangent_seeds
+from eomgen.symbolic.derivatives import Tangent, forward_partials
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.system import Block
+
+#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
+LONG_TREE = 20_000
+
+
+class Derivation:
+    """Trees, loads and constraints of one scene on one tape; each method named as a term returns its blocks."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.tape = Tape()
+        self.algebra = Algebra(self.tape)
+        self.absolute = scene.coordinates == "absolute"
+        if self.absolute:
+            self.tree = build_absolute_tree(self.algebra, scene, scene.groups)
+        else:
+            self.tree = build_tree(self.algebra, scene)
+        if not self.tree.links:
+            raise ModelError(f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint")
+        self.grouped: Tree = grouped(self.tree)
+        gravity = self.algebra.vector([self._constant(item) for item in scene.gravity])
+        prescribed = base_state(self.algebra, scene, gravity)
+        self.base = resting_base(self.algebra, gravity) if self.absolute else prescribed
+        self.motion = self.base.motion()
+        self.kinematics = Kinematics(self.tree, self.base, prescribed if self.absolute else None)
+        self.quantities: Quantities = (AbsoluteQuantities if self.absolute else Quantities)(scene, self.tree, self.kinematics)
+        self.constraints = self._constraint_calculus(prescribed.moving)
+        self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
+        self._energies: dict[str, Scalar] | None = None
+        self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
+        self.composites = separated.composites(self.grouped)
+
+    def _constraint_calculus(self, moving_base: bool) -> ConstraintCalculus | None:
+        items = list(self.scene.constraints)
+        if self.absolute:
+            items = [found for joint in self.scene.joints if (found := joint_constraint(joint)) is not None] + items
+        if not items:
+            return None
+        rows = constraint_rows(self.quantities, items)
+        return ConstraintCalculus(self.algebra, [link.factor for link in self.tree.links], rows, moving_base)
+
+    def _constant(self, formula: Formula) -> Scalar:
+        return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
+
+    # -- terms ------------------------------------------------------------------------------------------------------
+
+    def mass(self) -> list[Block]:
+        M = separated.mass_matrix(self.grouped, self.composites)
+        return [self._matrix("M", M, "inertia matrix")]
+
+    def coupling(self) -> list[Block]:
+        return [self._vector("h", separated.coupling(self.grouped), "nonlinear coupling vector")]
+
+    def applied(self) -> list[Scalar]:
+        """Return the generalized forces of everything that is applied, gravity excepted."""
+        zero = (self.algebra.zero_vector, self.algebra.zero_vector)
+        wrenches = [load if load is not None else zero for load in self.loads.wrenches]
+        projected = separated.generalized(self.tree, wrenches, "applied forces")
+        return [x + y for x, y in zip(projected, self.loads.efforts, strict=True)]
+
+    def force(self) -> list[Block]:
+        weight = separated.gravity_force(self.grouped, self.motion.gravity, self.composites)
+        Q = [x + y for x, y in zip(weight, self.applied(), strict=True)]
+        return [self._vector("Q", Q, "generalized force")]
+
+    def base_motion(self) -> list[Block]:
+        return [self._vector("b", separated.base_motion(self.grouped, self.motion), "base-motion terms")]
+
+    def inverse_dynamics(self) -> list[Block]:
+        return [self._vector("tau", self._inverse(), "generalized force that the motion a needs")]
+
+    def residual(self) -> list[Block]:
+        r = self._inverse()
+        if self.constraints is not None:
+            reactions = self.constraints.forces(self.constraints.jacobian())
+            r = [x + y for x, y in zip(r, reactions, strict=True)]
+        return [self._vector("r", r, "residual")]
+
+    def _inverse(self) -> list[Scalar]:
+        tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
+        return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
+
+    def forward_dynamics(self) -> list[Block]:
+        ways = [articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts)]
+        if sum(depth * depth for depth in self._depths()) < LONG_TREE:
+            ways.append(self._forward_by_mass_matrix())
+        vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
+        return [self._vector("vdot", vdot, "time derivative of v")]
+
+    def _depths(self) -> list[int]:
+        """Return for each velocity component how many there are from the root to it."""
+        depths: list[int] = []
+        for parent in self.tree.dof_parents():
+            depths.append(1 + (depths[parent] if parent >= 0 else 0))
+        return depths
+
+    def _forward_by_mass_matrix(self) -> list[Scalar]:
+        fields = total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
+        inertial = separated.field_wrenches(self.grouped, fields)
+        net = [
+            load if applied is None else separated.difference(load, applied)
+            for load, applied in zip(inertial, self.loads.wrenches, strict=True)
+        ]
+        bias = separated.generalized(self.grouped, net, "bias force")
+        right = [effort - load for effort, load in zip(self.loads.efforts, bias, strict=True)]
+        M = separated.mass_matrix(self.grouped, self.composites)
+        with self.tape.block("elimination of the mass matrix from the tips to the root"):
+            return solve_tree(M, right, self.tree.dof_parents())
+
+    def partials(self) -> list[Block]:
+        nv = self.tree.nv
+        K, C, M = inertial_partials(self.grouped, self.motion)
+        seeds: dict[Ref | InputSymbol, Tangent] = {}
+        for link in self.tree.links:
+            factor = link.factor
+            q = [self.tape.input("q", factor.q_start + k) for k in range(factor.q_size)]
+            seeds |= tangent_seeds(self.tape, factor.group, q, factor.v_start)
+        for k in range(nv):
+            seeds[InputSymbol("v", k)] = {nv + k: ONE}
+        applied = self.applied()
+        with self.tape.block("partials of applied forces"):
+            tangents = forward_partials(self.tape, [value.ref for value in applied], seeds)
+        for row, tangent in enumerate(tangents):
+            for direction, ref in tangent.items():
+                block, column = (K, direction) if direction < nv else (C, direction - nv)
+                block[row][column] = block[row][column] - Scalar(self.tape, ref)
+        if self.constraints is not None:
+            reactions = self.constraints.forces(self.constraints.jacobian())
+            with self.tape.block("partials of constraint forces"):
+                for row, changes in enumerate(self.constraints.by_configuration(reactions)):
+                    K[row] = [x + y for x, y in zip(K[row], changes, strict=True)]
+        return [
+            self._matrix("K", K, "d residual / dq, left-trivialised"),
+            self._matrix("C", C, "d residual / dv"),
+            self._matrix("M", M, "d residual / da"),
+        ]
+
+    def poses(self) -> list[Block]:
+        values = poses(self.scene, self.tree, self.kinematics)
+        return [self.block("pose", (len(self.scene.bodies), 7), values, "quaternion (w, x, y, z) and position of each body")]
+
+    def twists(self) -> list[Block]:
+        values = twists(self.scene, self.tree, self.kinematics)
+        return [self.block("twist", (len(self.scene.bodies), 6), values, "angular and linear velocity of each body")]
+
+    def energies(self) -> dict[str, Scalar]:
+        if self._energies is None:
+            self._energies = energies(self.tree, self.kinematics, self.base, self.loads)
+            self.quantities.energies = {"base_power": self.algebra.zero, **self._energies}
+        return self._energies
+
+    def energy(self) -> list[Block]:
+        found = self.energies()
+        zero = self.algebra.zero
+        values = [found["kinetic"], found["potential"], found["power"], found.get("base_power", zero)]
+        return [self.block("energy", (4,), values, "kinetic, potential (J), non-conservative power, base power (W)")]
+
+    def outputs(self) -> list[Block]:
+        self.energies()
+        values = []
+        for output in self.scene.outputs:
+            with self.tape.block(f"output {output.name}"):
+                values += [self.quantities.formula(formula) for formula in output.values]
+        return [self.block("y", (len(values),), values, "named outputs, in order")]
+
+    # -- what implicit steppers evaluate: everything at once, nonzeros only -------------------------------------------
+
+    def equations(self) -> list[Block]:
+        calculus = self._calculus()
+        return [
+            *self.residual(),
+            self._vector("Phi", calculus.rows.holonomic, "holonomic constraints"),
+            self._vector("w", calculus.velocity(), "B v + Phi_t, then constraints at velocity level"),
+        ]
+
+    def iteration(self) -> list[Block]:
+        matrices = self.partials()
+        if self.constraints is not None:
+            matrices += [*self.constraint_jacobian(), *self.velocity_partials()]
+        return [self._packed(block) for block in matrices]
+
+    def jacobian_values(self) -> list[Block]:
+        return [self._packed(self.constraint_jacobian()[0])]
+
+    def _packed(self, block: Block) -> Block:
+        """Return the entries of a matrix that are not zero by structure, row by row, and keep where they belong."""
+        columns = block.shape[1]
+        pattern = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
+        self.patterns[block.name] = pattern
+        refs = tuple(ref for ref in block.refs if ref != ZERO)
+        return Block(block.name, (len(refs),), refs, f"nonzeros of {block.name}: {block.description}")
+
+    # -- constraints --------------------------------------------------------------------------------------------------
+
+    def _calculus(self) -> ConstraintCalculus:
+        if self.constraints is None:
+            raise ModelError(f"scene {self.scene.name!r} has no constraints", "add one, or absolute coordinates")
+        return self.constraints
+
+    def constraint(self) -> list[Block]:
+        return [self._vector("Phi", self._calculus().rows.holonomic, "holonomic constraints")]
+
+    def constraint_velocity(self) -> list[Block]:
+        return [self._vector("w", self._calculus().velocity(), "B v + Phi_t, then constraints at velocity level")]
+
+    def constraint_bias(self) -> list[Block]:
+        return [self._vector("g", self._calculus().bias(), "rate of the velocity rows at vdot = 0")]
+
+    def constraint_jacobian(self) -> list[Block]:
+        return [self._matrix("B", self._calculus().jacobian(), "constraint Jacobian, left-trivialised")]
+
+    def velocity_partials(self) -> list[Block]:
+        rows = self._calculus().by_configuration(self._calculus().velocity())
+        return [self._matrix("Z", rows, "left-trivialised partials in q of the velocity rows")]
+
+    def _vector(self, name: str, values: Sequence[Scalar], description: str) -> Block:
+        return self.block(name, (len(values),), values, description)
+
+    def _matrix(self, name: str, rows: Sequence[Sequence[Scalar]], description: str) -> Block:
+        return self.block(name, (len(rows), self.tree.nv), [value for row in rows for value in row], description)
+
+    def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
+        return Block(name, shape, tuple(ZERO if value.is_zero else value.ref for value in values), description)

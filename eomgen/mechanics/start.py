@@ -1,0 +1,69 @@
+"""Initial state in absolute coordinates: the bodies put where the joints' initial state has them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.mechanics.base import base_law
+from eomgen.mechanics.derivation import Derivation
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.evaluate import evaluate
+
+
+def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0."""
+    poses, twists = _bodies_at_start(derivation.scene)
+    names = [body.name for body in derivation.scene.bodies]
+    nq = sum(link.factor.q_size for link in derivation.tree.links)
+    q, v = np.zeros(nq), np.zeros(derivation.tree.nv)
+    for link in derivation.tree.links:
+        mount = derivation.tree.mounts[link.name]
+        pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
+        offset = -np.array(evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene)))
+        R = _matrix(pose[:4])
+        velocity = twist[3:] + np.cross(twist[:3], offset)
+        place, speed = slice(link.factor.q_start, None), slice(link.factor.v_start, None)
+        match link.factor.group:
+            case "SE3":
+                q[place][:7] = np.concatenate([pose[:4], pose[4:] + R @ offset])
+                v[speed][:6] = np.concatenate([twist[:3], velocity])
+            case "SO3":
+                q[place][:4], v[speed][:3] = pose[:4], twist[:3]
+            case _:
+                q[place][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
+    return tuple(map(float, q)), tuple(map(float, v))
+
+
+def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
+    return {"p": np.array([parameter.value for parameter in scene.parameters if parameter.tunable])}
+
+
+def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    tree = Derivation(replace(scene, coordinates="joint", constraints=(), forces=(), efforts=(), springs=(), torsion_springs=()))
+    inputs = _defaults(scene) | {
+        "t": np.zeros(1),
+        "q": np.array([value for link in tree.tree.links for value in link.joint.initial_position]),
+        "v": np.array([value for link in tree.tree.links for value in link.joint.initial_velocity]),
+    }
+    if scene.base is not None:
+        law = base_law(tree.algebra, scene.base, tree.tree.parameters)
+        inputs["base"] = np.array(evaluate(tree.tape, [value.ref for value in law], inputs))
+    (pose,), (twist,) = tree.poses(), tree.twists()
+    return (
+        np.array(evaluate(tree.tape, pose.refs, inputs)).reshape(-1, 7),
+        np.array(evaluate(tree.tape, twist.refs, inputs)).reshape(-1, 6),
+    )
+
+
+def _matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
