@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from eomgen.scene.scene import Joint
 
 _QUATERNION = ("1",) * 4
+_POSE = ((*_QUATERNION, "m", "m", "m"), (*("rad/s",) * 3, *("m/s",) * 3))
+#: Units of q and of v: by group, and by the type of the joint where the group is R.
 _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "SO3": (_QUATERNION, ("rad/s",) * 3),
+    "SE3": _POSE,
+    "R3xSO3": _POSE,
     "revolute": (("rad",), ("rad/s",)),
     "prismatic": (("m",), ("m/s",)),
-    "spherical": (_QUATERNION, ("rad/s",) * 3),
-    "free": ((*_QUATERNION, *("m",) * 3), (*("rad/s",) * 3, *("m/s",) * 3)),
 }
 
 
@@ -55,7 +58,8 @@ def coordinate_units(factors: Sequence[Factor], joints: Iterable[Joint]) -> tupl
     q_units: list[str] = []
     v_units: list[str] = []
     for factor in factors:
-        q, v = _UNITS.get(types.get(factor.name, ""), (("",) * factor.q_size, ("",) * factor.v_size))
+        kind = types.get(factor.name, "") if factor.group == "R" else factor.group
+        q, v = _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q
         v_units += v
     return q_units, v_units

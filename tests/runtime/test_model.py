@@ -193,3 +193,15 @@ def test_only_the_terms_a_method_needs_are_enough_for_it() -> None:
     run = model.simulate(0.1, 1e-2, method="rk4")
     np.testing.assert_allclose(run.q[-1], flyer().simulate(0.1, 1e-2, method="rk4").q[-1], rtol=0, atol=1e-14)
     assert run.outputs == {} and run.energy == {}
+
+
+def test_units_follow_groups_and_joints() -> None:
+    model = flyer()
+    assert model.q_units == [*["1"] * 4, *["m"] * 3, *["1"] * 4, "m"]
+    assert model.v_units == [*["rad/s"] * 3, *["m/s"] * 3, *["rad/s"] * 3, "m/s"]
+    assert model.q_names[6:8] == ["q.root[6]", "q.ball[0]"] and model.v_names[-1] == "v.slide"
+
+
+def test_models_and_solutions_show_what_they_are() -> None:
+    assert repr(pendulum()).startswith("<Model shaken: nq 1, nv 1, nu 1; mass, coupling, ")
+    assert repr(pendulum().simulate(0.01)) == "<Solution of shaken: 11 rows; reached t = 0.01 s in 10 steps>"

@@ -212,3 +212,15 @@ def test_a_start_that_is_no_rotation_is_refused() -> None:
         eomgen.UsageError, match=r"initial q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 2, not 1"
     ):
         flyer().simulate(0.1, initial={"ball": [2.0, 0.0, 0.0, 0.0]})
+
+
+def test_runs_in_several_threads_do_not_disturb_each_other() -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    model = flyer()
+    starts = [{"slide": 0.01 * k} for k in range(6)]
+    alone = [model.simulate(0.5, 1e-3, initial=start).q for start in starts]
+    with ThreadPoolExecutor(3) as pool:
+        together = list(pool.map(lambda start: model.simulate(0.5, 1e-3, initial=start).q, starts))
+    for first, second in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(first, second)
