@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -27,6 +27,7 @@ from benchmarks.programs import default_folder
 from benchmarks.robots import ROBOTS, scene, shortened, urdf
 
 STAGES = ("import", "read", "derive", "program", "files", "compile")
+PARTS = ("import", "read", "build", "first step")
 WITHOUT_PARTIALS = ("mass", "coupling", "force", "inverse_dynamics", "forward_dynamics", "poses", "twists", "energy")
 
 
@@ -56,20 +57,18 @@ CASES = {
 CACHED_BUDGET = 0.5
 
 
-def in_process(what: str, case: Case, cache: Path, **more: str) -> tuple[dict[str, float], float]:
-    """Run ``benchmarks.stages`` in a process of its own; return what it measured, and its whole life in wall seconds."""
+def in_process(what: str, case: Case, cache: Path, **more: str) -> dict[str, float]:
+    """Run ``benchmarks.stages`` in a process of its own and return what it measured."""
     robot = ROBOTS[case.robot]
     task = {"urdf": str(urdf(robot)), "root": robot.root, "lock": robot.locked, "terms": case.terms, "method": case.method}
-    start = time.perf_counter()
     result = subprocess.run(
         [sys.executable, "-m", "benchmarks.stages", what, json.dumps(task | more)],
         capture_output=True, text=True, check=False,
         cwd=Path(__file__).resolve().parent.parent, env={**os.environ, "EOMGEN_CACHE": str(cache)},
     )  # fmt: skip
-    life = time.perf_counter() - start
     if result.returncode:
         raise RuntimeError(result.stderr)
-    return {str(name): float(value) for name, value in json.loads(result.stdout).items()}, life
+    return {str(name): float(value) for name, value in json.loads(result.stdout).items()}
 
 
 def stage_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], dict[str, object]]:
@@ -78,16 +77,12 @@ def stage_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], dic
     data: dict[str, object] = {}
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
-            runs = [in_process("stages", CASES[name], Path(folder), mark=f"{k}")[0] for k in range(repeats + 1)]
-        first, later = runs[0], runs[1:]
-        total = [sum(run[stage] for stage in STAGES) for run in later]
-        middle = {key: statistics.median(run[key] for run in later) for key in first}
-        budget = CASES[name].budget
-        data[name] = {"runs": runs, "median": middle, "total": statistics.median(total), "budget": budget}
-        spread = f"{figure(statistics.median(total))} ({figure(min(total))} to {figure(max(total))})"
-        cold, cpu, size = sum(first[stage] for stage in STAGES), middle["cpu"], middle["kB of C"]
+            runs = [in_process("stages", CASES[name], Path(folder), mark=f"{k}") for k in range(repeats + 1)]
+        middle = {key: statistics.median(run[key] for run in runs[1:]) for key in runs[0]}
+        data[name] = {"runs": runs, "median": middle, "budget": CASES[name].budget}
         by_stage = [figure(middle[stage]) for stage in STAGES]
-        lines.append([name, *by_stage, spread, figure(cold), figure(cpu), f"{size:.0f}", f"{budget}"])
+        size, budget = f"{middle['kB of C']:.0f}", f"{CASES[name].budget}"
+        lines.append([name, *by_stage, *_totals(runs[1:]), figure(runs[0]["CPU"]), size, budget])
     return lines, data
 
 
@@ -95,24 +90,22 @@ def cached_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], di
     """Return table lines and data of runs that find their model in the cache."""
     lines: list[list[str]] = []
     data: dict[str, object] = {}
-    bare = statistics.median(_life([sys.executable, "-c", ""]) for _ in range(repeats))
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             runs = [in_process("first step", CASES[name], Path(folder)) for _ in range(repeats + 1)][1:]
-        middle = {key: statistics.median(run[key] for run, _ in runs) for key in runs[0][0]}
-        life = statistics.median(life for _, life in runs)
-        data[name] = {"runs": [run for run, _ in runs], "median": middle, "process": life, "bare python": bare}
-        parts = [figure(middle[key]) for key in ("import", "read", "build", "first step")]
-        totals = [run["total"] for run, _ in runs]
-        spread = f"{figure(middle['total'])} ({figure(min(totals))} to {figure(max(totals))})"
-        lines.append([name, *parts, spread, figure(life), figure(bare), f"{CACHED_BUDGET}"])
+        middle = {key: statistics.median(run[key] for run in runs) for key in runs[0]}
+        data[name] = {"runs": runs, "median": middle, "budget": CACHED_BUDGET}
+        lines.append([name, *(figure(middle[key]) for key in PARTS), *_totals(runs), f"{CACHED_BUDGET}"])
     return lines, data
 
 
-def _life(command: Sequence[str]) -> float:
-    start = time.perf_counter()
-    subprocess.run(command, check=True)
-    return time.perf_counter() - start
+def _totals(runs: Sequence[Mapping[str, float]]) -> list[str]:
+    """Return CPU and wall seconds: median (smallest to largest)."""
+    texts = []
+    for key in ("CPU", "wall"):
+        values = [run[key] for run in runs]
+        texts.append(f"{figure(statistics.median(values))} ({figure(min(values))} to {figure(max(values))})")
+    return texts
 
 
 def kane_rows(joints: Sequence[int], shelf: Path) -> list[list[str]]:
@@ -143,8 +136,8 @@ def kane_rows(joints: Sequence[int], shelf: Path) -> list[list[str]]:
 def quick() -> int:
     """Go through every stage once, from an empty cache, and through Kane's method for two joints; return the exit status."""
     with tempfile.TemporaryDirectory() as folder:
-        measured, _ = in_process("stages", CASES["panda"], Path(folder), mark="quick")
-        stepped, _ = in_process("first step", CASES["panda"], Path(folder))
+        measured = in_process("stages", CASES["panda"], Path(folder), mark="quick")
+        stepped = in_process("first step", CASES["panda"], Path(folder))
     print(f"stages: {', '.join(measured)}\nfirst step: {', '.join(stepped)}")
     [line] = kane_rows((2,), default_folder())
     print(f"difference from Kane's method: {line[-1]}")
@@ -164,11 +157,11 @@ def main(words: Sequence[str] | None = None) -> int:
     cases, repeats = arguments.cases, arguments.repeats
     print(machine())
     lines, stages = stage_rows(cases, repeats)
-    print("\nWall seconds, median; total (smallest to largest); with an empty cache; CPU seconds of all processes\n")
-    print(table(["case", *STAGES, "total", "empty cache", "CPU s", "kB of C", "budget"], lines))
+    print("\nCPU seconds of each stage, compilers included; all of it in CPU and in wall seconds, median (smallest to largest)\n")
+    print(table(["case", *STAGES, "CPU", "wall", "CPU, empty cache", "kB of C", "budget"], lines))
     lines, cached = cached_rows(cases, repeats)
-    print("\nWall seconds from the cache to the state after one step\n")
-    print(table(["case", "import", "read", "build", "first step", "total", "whole process", "bare python", "budget"], lines))
+    print("\nCPU seconds from the start of Python through the cache to the state after one step\n")
+    print(table(["case", *PARTS, "CPU", "wall", "budget"], lines))
     lines = kane_rows((3, 7) if arguments.slow else (3,), default_folder())
     print("\nThe first joints of the Panda, CPU seconds of M and the right-hand side: SymPy's KanesMethod, cse, gcc -O2\n")
     header = ["joints", "Kane", "cse and print", "gcc", "operations", "eomgen derives", "its operations", "difference"]

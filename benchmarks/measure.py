@@ -6,6 +6,7 @@ import os
 import platform
 import statistics
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -31,12 +32,21 @@ def pin_to_core(core: int | None) -> int | None:
 
 
 def interleaved(commands: Sequence[Sequence[str]], rounds: int) -> list[Timing]:
-    """Run timing programs in turns, so that all see the same disturbances, and return a Timing for each."""
+    """Run timing programs in turns, so that all see the same disturbances, and return a Timing for each.
+
+    Each turn runs a fresh copy: a linker's output may lie scattered in the page cache, and functions larger than the instruction
+    cache then take twice as long for as long as the file stays there. A copy in one piece lies well, for all alike.
+    """
     found: list[list[tuple[float, float]]] = [[] for _ in commands]
-    for _ in range(rounds):
-        for command, kept in zip(commands, found, strict=True):
-            words = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
-            kept.append((float(words[0]), float(words[1])))
+    with tempfile.TemporaryDirectory() as folder:
+        for turn in range(rounds):
+            for number, (command, kept) in enumerate(zip(commands, found, strict=True)):
+                copy = Path(folder) / f"{turn}_{number}"
+                copy.write_bytes(Path(command[0]).read_bytes())
+                copy.chmod(0o700)
+                words = subprocess.run([str(copy), *command[1:]], capture_output=True, text=True, check=True).stdout.split()
+                copy.unlink()
+                kept.append((float(words[0]), float(words[1])))
     return [summary([median for median, _ in kept], min(smallest for _, smallest in kept)) for kept in found]
 
 

@@ -1,4 +1,4 @@
-"""What generation_time measures, in a process of its own: imports nothing before its clock runs.
+"""What generation_time measures, in a process of its own: imports nothing before its clocks run.
 
     python -m benchmarks.stages stages '{"urdf": "arm.urdf", "root": "fixed", "lock": [], "terms": [], "method": "rk4", ...}'
 """
@@ -6,28 +6,33 @@
 # ruff: noqa: PLC0415  # importing is part of what is measured
 from __future__ import annotations
 
+import resource
 import time
 
 _START = time.perf_counter()
 
 
+def cpu_seconds() -> float:
+    """Return CPU seconds of this process and of the compilers it waited for, Python's own start included."""
+    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in usage)
+
+
 class Lap:
-    """Seconds since the last call, from the start of the process's own code on."""
+    """CPU seconds since the last call, from the start of the process on."""
 
     def __init__(self) -> None:
-        self.last = _START
+        self.last = 0.0
 
     def __call__(self) -> float:
-        now = time.perf_counter()
+        now = cpu_seconds()
         taken, self.last = now - self.last, now
         return taken
 
 
 def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str, mark: str) -> dict[str, float]:
-    """Go through the stages by hand; return wall seconds of each, CPU seconds of all with the compilers', and kB of C."""
+    """Go through the stages by hand; return CPU seconds of each, CPU and wall seconds of all, and kB of C."""
     lap = Lap()
-    import resource
-
     from eomgen.build.builder import Builder
     from eomgen.codegen.convert import to_program
     from eomgen.codegen.interface import INTERFACE_CDEF
@@ -51,14 +56,13 @@ def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str,
     seconds["files"] = lap()
     Builder().build(mark.encode(), everything, INTERFACE_CDEF, layout)
     seconds["compile"] = lap()
-    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    seconds["cpu"] = sum(one.ru_utime + one.ru_stime for one in usage)
+    seconds |= {"CPU": cpu_seconds(), "wall": time.perf_counter() - _START}
     seconds["kB of C"] = sum(len(text) for name, text in files.items() if name.endswith(".c")) / 1e3
     return seconds
 
 
 def first_step(urdf: str, root: str, lock: list[str], terms: list[str], method: str) -> dict[str, float]:
-    """Build (from the cache, where it is there) and take one step; wall seconds."""
+    """Build (from the cache, where it is there) and take one step; CPU seconds of each part, CPU and wall seconds of all."""
     lap = Lap()
     import eomgen
 
@@ -71,8 +75,7 @@ def first_step(urdf: str, root: str, lock: list[str], terms: list[str], method: 
     seconds["first step"] = lap()
     if not solution.success:
         raise RuntimeError(solution.message)
-    seconds["total"] = sum(seconds.values())
-    return seconds
+    return seconds | {"CPU": cpu_seconds(), "wall": time.perf_counter() - _START}
 
 
 if __name__ == "__main__":
