@@ -48,6 +48,10 @@ class Functions:
         inputs: list[str] = self._layouts[name]["inputs"]
         return inputs
 
+    def output_names(self, name: str) -> list[str]:
+        """Return the names of a function's outputs."""
+        return [str(output["name"]) for output in self._layouts[name]["outputs"]]
+
     def __call__(self, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
         """Evaluate a function.
 

@@ -94,6 +94,11 @@ class Model:
         return self.functions.sizes["z"]
 
     @property
+    def multipliers(self) -> tuple[str, ...]:
+        """Names of the constraints' multipliers, row by row."""
+        return tuple(self.library.layout["multipliers"])
+
+    @property
     def parameters(self) -> Mapping[str, float]:
         """Tunable parameters: names, in the order of the array form, and their defaults."""
         return self._parameters
@@ -145,11 +150,24 @@ class Model:
 
     def partials(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
-        """Return K, C, M, each (..., nv, nv): exact partials of inverse dynamics in q (left-trivialised), v and a."""
-        K, C, M = self._terms.call("partials", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
+
+        The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
+        """
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        K, C, M = self._terms.call("partials", **given, multipliers=multipliers, parameters=parameters)
         return K, C, M
+
+    def evaluate(
+        self, term: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: Inputs = None, *, multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses."""
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
+        return dict(zip(self.functions.output_names(term), values, strict=True))
 
     # -- bodies, outputs, energies -------------------------------------------------------------------------------------
 

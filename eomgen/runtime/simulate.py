@@ -171,11 +171,14 @@ def _settings(method: Mapping[str, Any], step: float, rho_inf: float, extra: Map
 
 def _stepper_library(model: Model, name: str) -> Library:
     """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
+    layout = model.library.layout
+    own = name == canonical_name(layout["built_method"])
+    if own and layout["method"]:
+        return model.library
     missing = [term for term in terms_of(name) if term not in model.functions]
-    if missing:
+    if missing and not layout["facts"]["constraints"]:
         what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
-    own = name == canonical_name(model.library.layout["built_method"])
     library = model.library if own else model.stepper(name)
     if not library.layout["method"]:
         raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}")

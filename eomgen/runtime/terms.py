@@ -63,24 +63,34 @@ class Terms:
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u and base where the term may depend on them
-            ``a``, ``u`` and ``base`` may be None: accelerations by forward dynamics, inputs and base by the scene's formulas.
+        given : q and parameters; v, a, t, u, multipliers and base where the term may depend on them
+            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas.
         """
         blocks = set(self.functions.inputs(term))
-        missing_a = "a" in blocks and given["a"] is None
+        if "v" in blocks and given.get("v") is None:
+            raise UsageError(Problem("v", f"the term {term} needs velocities"))
+        missing_a = "a" in blocks and given.get("a") is None
         if missing_a:
+            if "forward_dynamics" not in self.functions:
+                raise UsageError(
+                    Problem("a", f"the term {term} needs accelerations, and the model has no forward_dynamics", "a=...")
+                )
             blocks |= set(self.functions.inputs("forward_dynamics"))
         values = {"q": self.configuration(given["q"]), "p": self.parameters(given["parameters"])}
         for block in ("v", "a"):
             if given.get(block) is not None:
                 values[block] = self.velocity(block, given[block])
         values["t"] = numbers("t", given.get("t", 0.0))
+        if "lam" in blocks:
+            size = self.functions.sizes["lam"]
+            multipliers = given.get("multipliers")
+            values["lam"] = np.zeros(size) if multipliers is None else components("multipliers", multipliers, size)
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])
         elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
         if "u" in blocks or given.get("u") is not None:
-            values["u"] = self._inputs(given["u"], values)
+            values["u"] = self._inputs(given.get("u"), values)
         if missing_a:
             values["a"] = self.functions("forward_dynamics", values)[0]
         return self.functions(term, values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -107,6 +108,15 @@ def pendulum() -> eomgen.Model:
 @cache
 def flyer() -> eomgen.Model:
     return eomgen.build(flyer_scene(), profile="quick")
+
+
+@cache
+def absolute() -> eomgen.Model:
+    """Return the flyer with every body free and the joints as constraints."""
+    scene = flyer_scene()
+    groups = {body.name: "SE3" for body in scene.bodies}
+    changed = replace(scene, name="absolute", coordinates="absolute", groups=groups, content=scene.content + b"absolute")
+    return eomgen.build(changed, profile="quick")
 
 
 @cache
