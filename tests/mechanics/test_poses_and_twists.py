@@ -6,14 +6,17 @@ import mpmath
 import numpy as np
 import pytest
 
+from eomgen.mechanics.bodies import constant_quaternion
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import BASE, Scene
 from eomgen.symbolic.evaluate import evaluate_mpmath
+from eomgen.symbolic.scalar import Algebra
+from eomgen.symbolic.tape import Tape
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
-from tests.oracles.states import derivative, on_base, random_states, rotation_of
+from tests.oracles.states import derivative, on_base, random_states, random_unit_quaternions, rotation_of
 
 STATES = 6
 
@@ -78,6 +81,15 @@ def test_points_and_their_velocities_and_accelerations(seed: int, rng) -> None:
         assert relative_error(y[:, k, 0], p + R @ r) <= 1e-13, point.name
         assert relative_error(y[:, k, 1], rates[:, k, 0], floor=1e-3) <= 1e-12, f"velocity of {point.name}"
         assert relative_error(y[:, k, 2], rates[:, k, 1], floor=1e-3) <= 1e-12, f"acceleration of {point.name}"
+
+
+def test_quaternion_of_a_constant_rotation_has_no_negative_real_part(rng) -> None:
+    algebra = Algebra(Tape())
+    for quaternion in [*random_unit_quaternions(rng, 50), *np.eye(4), *-np.eye(4)]:
+        R = rotation_of(quaternion)
+        found = np.array(constant_quaternion(algebra.matrix(R.tolist())))
+        assert found[0] >= 0.0
+        np.testing.assert_allclose(rotation_of(found), R, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("turning", [False, True])

@@ -64,11 +64,22 @@ class _Maker:
     def body(self, name: str, massless: bool, tunable: float) -> Body:
         if massless:
             return rigid_body(name, 0.0)
+        if self.rng.uniform() < 0.35:
+            return self.body_of_revolution(name)
         masses, places = self.rng.uniform(0.1, 0.8, 6), self.rng.uniform(-0.4, 0.4, (6, 3))
         made = body_of_masses(name, masses, places)
         assert isinstance(made.mass, Number)
         center = vector([self.maybe_tunable(item.value, 0.5 * tunable) for item in made.center_of_mass])  # type: ignore[union-attr]
         return replace(made, mass=self.maybe_tunable(made.mass.value, tunable), center_of_mass=center)
+
+    def body_of_revolution(self, name: str) -> Body:
+        """Return a ball, rod or disc about a coordinate axis, its centre on that axis: equal and vanishing second moments."""
+        axis = self.rng.integers(3)
+        center = np.zeros(3)
+        center[axis] = self.rng.choice([0.0, 0.3])
+        inertia = np.full(3, 0.05)
+        inertia[axis] = self.rng.choice([0.05, 0.02, 0.1])
+        return rigid_body(name, 0.8, center.tolist(), [*inertia.tolist(), 0.0, 0.0, 0.0])
 
     def joint(self, name: str, kind: JointType, parent: str, child: str, tunable: float) -> Joint:
         orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
