@@ -58,6 +58,10 @@ class CNames:
             parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
         return ", ".join(parts) or "void"
 
+    def forwarded(self, function: ProgramFunction) -> str:
+        """Return the arguments with which a function calls another of the same inputs and outputs."""
+        return ", ".join([*function.inputs, *(output.argument for output in function.outputs)])
+
     def part_arguments(self, function: ProgramFunction, number: int) -> str:
         """Return the parameter list of one part of a function."""
         part = function.parts[number]
@@ -78,6 +82,8 @@ class CNames:
 
     def unused(self, function: ProgramFunction) -> list[str]:
         """Return the input arguments that no part of a function reads."""
+        if function.same_as:
+            return []
         used = {block for part in function.parts for block in part.inputs}
         return [block for block in function.inputs if block not in used]
 

@@ -9,7 +9,7 @@ from typing import Any
 from eomgen import __version__
 from eomgen.codegen.loops import program_loop
 from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
-from eomgen.codegen.program import Named, OutputArray, Program, ProgramFunction
+from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramFunction
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
@@ -50,7 +50,7 @@ def to_program(
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
     tape = system.tape
     loop_numbers: dict[int, int] = {}
-    made = tuple(_function(system, system.functions[name], loop_numbers, part_limit, nest_limit) for name in wanted)
+    made = _functions(system, wanted, loop_numbers, part_limit, nest_limit)
     return Program(
         prefix=check_prefix(system.name),
         description=system.description,
@@ -96,6 +96,35 @@ def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
     )
 
 
+def _functions(
+    system: System, wanted: Sequence[str], loop_numbers: dict[int, int], part_limit: int, nest_limit: int
+) -> tuple[ProgramFunction, ...]:
+    """Return the functions; one that computes the same as an earlier one only calls it."""
+    made: list[ProgramFunction] = []
+    known: dict[tuple[object, ...], ProgramFunction] = {}
+    for name in wanted:
+        function = system.functions[name]
+        key = (function.inputs, tuple(block.refs for block in function.outputs))
+        first = known.get(key)
+        if first is None:
+            made.append(_function(system, function, loop_numbers, part_limit, nest_limit))
+            known[key] = made[-1]
+            continue
+        outputs = tuple(
+            dataclasses.replace(
+                output, name=block.name, argument=output_name(block.name, first.inputs), description=block.description
+            )
+            for output, block in zip(first.outputs, (b for b in function.outputs if b.refs), strict=True)
+        )
+        made.append(
+            dataclasses.replace(
+                first, name=check_identifier(name, "the function"), description=function.description, outputs=outputs,
+                parts=(Part((), (), (), False, 0),), workspace=0, operations=0, same_as=first.name,
+            )
+        )  # fmt: skip
+    return tuple(made)
+
+
 def _function(
     system: System, function: Function, loop_numbers: dict[int, int], part_limit: int, nest_limit: int
 ) -> ProgramFunction:
@@ -118,7 +147,10 @@ def _function(
         if len(refs) != BASE_SIZE:
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
-    result = schedule(system.tape, [refs for _, _, refs, _ in blocks], INPUT_BLOCKS, part_limit, nest_limit, loop_numbers)
+    outputs = [refs for _, _, refs, _ in blocks]
+    result = schedule(
+        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loop_numbers, fill=name != "base"
+    )  # the base is a struct, which no loop over its components can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:
         raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")

@@ -56,7 +56,10 @@ class OutputArray:
 
 @dataclass(frozen=True)
 class ProgramFunction:
-    """A function: inputs in the order of INPUT_BLOCKS, outputs, and its parts; ``workspace`` values cross parts."""
+    """A function: inputs in the order of INPUT_BLOCKS, outputs, and its parts; ``workspace`` values cross parts.
+
+    ``same_as`` names the function that computes the same, and is called instead of computing it twice.
+    """
 
     name: str
     description: str
@@ -66,6 +69,7 @@ class ProgramFunction:
     workspace: int
     operations: int
     counts: Mapping[str, int]
+    same_as: str = ""
 
 
 @dataclass(frozen=True)

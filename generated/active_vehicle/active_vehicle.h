@@ -74,12 +74,12 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
  *   158 additions, 191 multiplications, 5 divisions, 10 functions */
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *vdot);
 
-/* residual r = M a + h + b - Q of an implicit step
+/* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [7]  residual
  *   168 additions, 190 multiplications, 4 divisions, 10 functions */
 void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *r);
 
-/* partials of the residual: K in q (left-trivialised), C in v, M in a
+/* its partials: K in q (left-trivialised), C in v, M in a
  *   K [7 x 7]  d residual / dq, left-trivialised
  *   C [7 x 7]  d residual / dv
  *   M [7 x 7]  d residual / da

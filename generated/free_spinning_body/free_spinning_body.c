@@ -99,16 +99,7 @@ void free_spinning_body_forward_dynamics(const real *q, const real *v, real *res
 
 void free_spinning_body_residual(const real *q, const real *v, const real *a, real *restrict r)
 {
-    (void)q;
-    /* acceleration of link nut */
-    const real x1 = v[0] * v[1];
-    /* inertia forces of link nut */
-    r[0] = K(0.009999999999999998) * (a[0] + v[1] * v[2]);
-    r[1] = K(0.019999999999999997) * (a[1] - v[0] * v[2]);
-    r[2] = K(0.019999999999999997) * (a[2] + x1) + K(0.009999999999999998) * (a[2] - x1);
-    r[3] = K(0.4) * (a[3] + (v[1] * v[5] - v[2] * v[4]));
-    r[4] = K(0.4) * (a[4] + (v[2] * v[3] - v[0] * v[5]));
-    r[5] = K(0.4) * (a[5] + (v[0] * v[4] - v[1] * v[3]));
+    free_spinning_body_inverse_dynamics(q, v, a, r);
 }
 
 void free_spinning_body_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C, real *restrict M)

@@ -65,12 +65,12 @@ void free_spinning_body_inverse_dynamics(const real *q, const real *v, const rea
  *   4 additions, 12 multiplications, 0 divisions, 0 functions */
 void free_spinning_body_forward_dynamics(const real *q, const real *v, real *vdot);
 
-/* residual r = M a + h + b - Q of an implicit step
+/* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
  *   11 additions, 16 multiplications, 0 divisions, 0 functions */
 void free_spinning_body_residual(const real *q, const real *v, const real *a, real *r);
 
-/* partials of the residual: K in q (left-trivialised), C in v, M in a
+/* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da

@@ -68,12 +68,7 @@ void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v, con
 
 void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict r)
 {
-    (void)v;
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* inertia forces of link bob */
-    const real x3 = K(0.075) * (x2 * base->velocity_dot[0] + x1 * (K(9.81) + base->velocity_dot[2]));
-    r[0] = x3 + K(0.01875) * a[0];
+    pendulum_on_shaking_base_inverse_dynamics(q, v, a, base, r);
 }
 
 void pendulum_on_shaking_base_partials(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict K, real *restrict C, real *restrict M)
@@ -151,27 +146,22 @@ void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a
 
 void pendulum_on_shaking_base_base(real t, pendulum_on_shaking_base_base_state *restrict base)
 {
-    int i;
-    base->quaternion[0] = K(0.0);
+    base->quaternion[0] = K(1.0);
     base->quaternion[1] = K(0.0);
     base->quaternion[2] = K(0.0);
     base->quaternion[3] = K(0.0);
     base->position[0] = K(0.0);
     base->position[1] = K(0.0);
-    base->position[2] = K(0.0);
     base->omega[0] = K(0.0);
     base->omega[1] = K(0.0);
     base->omega[2] = K(0.0);
     base->velocity[0] = K(0.0);
     base->velocity[1] = K(0.0);
-    base->velocity[2] = K(0.0);
     base->omega_dot[0] = K(0.0);
     base->omega_dot[1] = K(0.0);
     base->omega_dot[2] = K(0.0);
     base->velocity_dot[0] = K(0.0);
     base->velocity_dot[1] = K(0.0);
-    base->velocity_dot[2] = K(0.0);
-    base->quaternion[0] = K(1.0);
     real x1, x2;
     EG_SINCOS(K(150.0) * t, &x1, &x2);
     base->position[2] = K(0.02) * x2;

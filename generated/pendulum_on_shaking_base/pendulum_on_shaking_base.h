@@ -80,12 +80,12 @@ void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, con
  *   2 additions, 3 multiplications, 0 divisions, 2 functions */
 void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *vdot);
 
-/* residual r = M a + h + b - Q of an implicit step
+/* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [1]  residual
  *   3 additions, 4 multiplications, 0 divisions, 2 functions */
 void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *r);
 
-/* partials of the residual: K in q (left-trivialised), C in v, M in a
+/* its partials: K in q (left-trivialised), C in v, M in a
  *   K [1 x 1]  d residual / dq, left-trivialised
  *   C [1 x 1]  d residual / dv
  *   M [1 x 1]  d residual / da

@@ -85,15 +85,7 @@ void spherical_pendulum_forward_dynamics(const real *q, const real *v, real *res
 
 void spherical_pendulum_residual(const real *q, const real *v, const real *a, real *restrict r)
 {
-    /* acceleration of link rod */
-    const real x1 = v[0] * v[2];
-    const real x2 = v[1] * v[2];
-    /* inertia forces of link rod */
-    const real x3 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
-    r[0] = K(1.0059999999999998) * (a[0] - x2) + (x3 + K(0.0040000000000000036) * (a[0] + x2));
-    const real x4 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
-    r[1] = K(0.0040000000000000036) * (a[1] - x1) + (x4 + K(1.0059999999999998) * (a[1] + x1));
-    r[2] = K(0.008000000000000007) * a[2];
+    spherical_pendulum_inverse_dynamics(q, v, a, r);
 }
 
 void spherical_pendulum_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C, real *restrict M)

@@ -65,12 +65,12 @@ void spherical_pendulum_inverse_dynamics(const real *q, const real *v, const rea
  *   6 additions, 14 multiplications, 0 divisions, 0 functions */
 void spherical_pendulum_forward_dynamics(const real *q, const real *v, real *vdot);
 
-/* residual r = M a + h + b - Q of an implicit step
+/* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [3]  residual
  *   10 additions, 13 multiplications, 0 divisions, 0 functions */
 void spherical_pendulum_residual(const real *q, const real *v, const real *a, real *r);
 
-/* partials of the residual: K in q (left-trivialised), C in v, M in a
+/* its partials: K in q (left-trivialised), C in v, M in a
  *   K [3 x 3]  d residual / dq, left-trivialised
  *   C [3 x 3]  d residual / dv
  *   M [3 x 3]  d residual / da
