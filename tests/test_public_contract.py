@@ -61,7 +61,8 @@ def test_the_generated_folder_gives_the_same_bits_as_python(scene_file: Path, tm
     names = {file.name for file in files}
     assert {"shaken.h", "shaken.c", "shaken_step.c", "main.c", "eomgen_real.h", "README.md", "manifest.json"} <= names
     manifest = json.loads((tmp_path / "c" / "manifest.json").read_text(encoding="utf-8"))
-    subprocess.run(manifest["compile"].split(), check=True, cwd=tmp_path / "c")
+    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    subprocess.run([*manifest["compile"].split(), *warnings], check=True, cwd=tmp_path / "c")
     words = [str(tmp_path / "c" / "shaken"), "0.5", "0.002", "10"]
     printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     rows = np.array([line.split(",") for line in printed.splitlines()[1:]], dtype=float)
