@@ -21,10 +21,12 @@ if TYPE_CHECKING:
 @debug_option
 def info(scene: str, strict: bool, root: str, lock: tuple[str, ...], terms: list[str] | None, as_json: bool) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
-    from eomgen.pipeline import derive, load  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline import derive, load  # noqa: PLC0415
 
-    system = derive(load(scene, strict=strict, root=root, lock=lock), terms)
-    data = described(system)
+    described_scene = load(scene, strict=strict, root=root, lock=lock)
+    data = described(derive(described_scene, terms))
+    data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
         print_json(data)
     else:
@@ -86,6 +88,13 @@ def _print(data: dict[str, Any]) -> None:
     ]
     header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
     print_table("Exact operation counts", header, rows, numeric=tuple(range(1, 7)))
+    out.print()
+    print_table(
+        "What simplification saves",
+        ("because of", "function", "flops", "flops without it"),
+        [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
+        numeric=(2, 3),
+    )
     for title, key in (("Left out", "dropped"), ("Notes of the importer", "notes")):
         if data[key]:
             out.print()

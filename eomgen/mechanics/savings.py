@@ -23,12 +23,13 @@ class Saving:
 
 
 def savings(scene: Scene) -> list[Saving]:
-    """Derive the scene again without each simplification that it allows, and compare operation counts."""
+    """Derive the scene again without each simplification that it allows, and return where operation counts differ."""
     actual = derive(scene, COMPARED).counts
     found = []
     for what, variant in _variants(scene):
         counts = derive(variant, COMPARED).counts
-        found += [Saving(what, term, actual[term].flops, counts[term].flops) for term in COMPARED]
+        pairs = [(term, actual[term].flops, counts[term].flops) for term in COMPARED if term in actual]
+        found += [Saving(what, term, kept, without) for term, kept, without in pairs if without != kept]
     return found
 
 
