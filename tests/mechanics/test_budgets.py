@@ -6,7 +6,8 @@ sines, cosines and divisions come on top.
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -27,7 +28,10 @@ def panda_of_file() -> Scene:
     return load(robot_file("panda_description/urdf/panda.urdf"), lock=fingers)
 
 
-SCENES = {"panda": robots.panda, "panda.urdf": panda_of_file, "puma": robots.puma, "rx90": robots.rx90}
+SCENES: dict[str, Callable[[], Scene]] = {
+    "panda": robots.panda, "panda.urdf": panda_of_file, "puma": robots.puma, "rx90": robots.rx90,
+    "general 6R": partial(robots.general_arm, 6), "general 7R": partial(robots.general_arm, 7),
+}  # fmt: skip
 #: robot, term, exact count, the published or demanded count that it must not exceed
 COUNTS = [
     ("panda", "inverse_dynamics", 602, 610),
@@ -45,6 +49,8 @@ COUNTS = [
     ("rx90", "mass", 222, 258),
     ("rx90", "coupling", 437, 448),
     ("rx90", "forward_dynamics", 818, 863),
+    ("general 6R", "inverse_dynamics", 764, 794),  # 92 n - 127 and 81 n - 117, Khalil and Kleinfinger 1987
+    ("general 7R", "inverse_dynamics", 924, 967),
 ]
 
 

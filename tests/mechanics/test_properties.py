@@ -131,7 +131,7 @@ def test_power_of_coupling_is_that_of_the_changing_mass(seed: int) -> None:
     changed = np.einsum("kij,kj->ki", M_dot, v)
     balance = np.sum(v * (changed - 2.0 * h), axis=1)
     scale = np.linalg.norm(v, axis=1) * (np.linalg.norm(changed, axis=1) + 2.0 * np.linalg.norm(h, axis=1))
-    assert np.max(np.abs(balance) / np.where(scale > 0, scale, 1.0)) <= 1e-13
+    assert np.max(np.abs(balance) / np.maximum(scale, 1e-3)) <= 1e-13  # where h vanishes by symmetry, round-off remains of both
 
 
 def with_inertias_as_parameters(scene: Scene) -> Scene:
