@@ -25,7 +25,22 @@ class MatrixFactor:
         return apply(transpose(self.matrix), x)
 
     def congruence(self, A: Matrix) -> Matrix:
-        return multiply(multiply(self.matrix, A), transpose(self.matrix))
+        planar = self._planar()
+        if planar is not None:
+            return planar.congruence(A)
+        B = multiply(multiply(self.matrix, A), transpose(self.matrix))
+        if any(A[r][c].ref != A[c][r].ref for r, c in ((0, 1), (0, 2), (1, 2))):
+            return B
+        return (B[0], (B[0][1], B[1][1], B[1][2]), (B[0][2], B[1][2], B[2][2]))
+
+    def _planar(self) -> PlanarFactor | None:
+        """Return the same turn about a coordinate axis, if it is one by an angle that is no right angle (those are free here)."""
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            cosine, sine = self.matrix[i][i], self.matrix[j][i]
+            if self.matrix[k][k].constant == 1.0 and not (cosine.is_zero or sine.is_zero):
+                return PlanarFactor(k, cosine, sine)
+        return None
 
 
 @dataclass(frozen=True)
