@@ -25,6 +25,7 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
 
 EOMGEN, CPP, TRACE = "eomgen", "Pinocchio C++", "Pinocchio > CasADi > C"
+LARGEST_AUTOMATIC = 30  # degrees of freedom
 FUNCTIONS = ("inverse_dynamics", "mass", "forward_dynamics", "partials")
 
 #: Limits of Boost's lists that Pinocchio's headers need, as its own build files set them.
@@ -176,12 +177,18 @@ _TRACES = {
 }
 
 
+def left_out(peer: PinocchioModel, function: str) -> tuple[str, ...]:
+    """Return the traces of a function that are not compiled: the differentiated trace of a large robot takes gcc many minutes."""
+    return ("automatic",) if function == "partials" and peer.model.nv > LARGEST_AUTOMATIC else ()
+
+
 def of_trace(model: Path, peer: PinocchioModel, states: Path, shelf: Path, functions: Sequence[str]) -> Iterator[Contestant]:
     """Yield Pinocchio's algorithms traced by CasADi, written as C by CasADi, each compiled on its own."""
     specification = importlib.util.find_spec("casadi")
     casadi = Path(str(specification.origin)).parent if specification else Path()
     tracer = _cpp_program(shelf, "trace_pinocchio", ("-O1",), (casadi,))
-    wanted = [variant for name in functions for variant in _TRACES[name]]
+    variants = {name: [variant for variant in _TRACES[name] if variant not in left_out(peer, name)] for name in functions}
+    wanted = [variant for name in functions for variant in variants[name]]
     text = model.read_text(encoding="utf-8")
     folder = shelf / f"traces-{hashlib.sha256((tracer.folder.name + text + ' '.join(wanted)).encode()).hexdigest()[:20]}"
     if not (folder / "traces.jsonl").exists():
@@ -193,7 +200,7 @@ def of_trace(model: Path, peer: PinocchioModel, states: Path, shelf: Path, funct
     lines = (folder / "traces.jsonl").read_text(encoding="utf-8").splitlines()
     described = {trace["name"]: trace for trace in map(json.loads, lines)}
     for name in functions:
-        for variant in _TRACES[name]:
+        for variant in variants[name]:
             trace = described[f"traced_{variant}"]
             sources = {f"traced_{variant}.c": (folder / f"traced_{variant}.c").read_text(encoding="utf-8")}
             call = _call_of_trace(trace, peer.model.nq, peer.model.nv)

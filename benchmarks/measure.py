@@ -34,8 +34,8 @@ def pin_to_core(core: int | None) -> int | None:
 def interleaved(commands: Sequence[Sequence[str]], rounds: int) -> list[Timing]:
     """Run timing programs in turns, so that all see the same disturbances, and return a Timing for each.
 
-    Each turn runs a fresh copy: a linker's output may lie scattered in the page cache, and functions larger than the instruction
-    cache then take twice as long for as long as the file stays there. A copy in one piece lies well, for all alike.
+    Each turn runs a copy of its own, and all copies stay until the end: functions larger than the instruction cache take up to
+    twice as long on some pages of memory as on others, for as long as the file stays on them. The median is over that luck too.
     """
     found: list[list[tuple[float, float]]] = [[] for _ in commands]
     with tempfile.TemporaryDirectory() as folder:
@@ -45,7 +45,6 @@ def interleaved(commands: Sequence[Sequence[str]], rounds: int) -> list[Timing]:
                 copy.write_bytes(Path(command[0]).read_bytes())
                 copy.chmod(0o700)
                 words = subprocess.run([str(copy), *command[1:]], capture_output=True, text=True, check=True).stdout.split()
-                copy.unlink()
                 kept.append((float(words[0]), float(words[1])))
     return [summary([median for median, _ in kept], min(smallest for _, smallest in kept)) for kept in found]
 

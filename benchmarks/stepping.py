@@ -31,6 +31,7 @@ from eomgen.scene.scene import Scene
 
 Array = NDArray[np.float64]
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+SHORTEST = 0.05  # CPU seconds of what is timed
 METHODS = ("generalized_alpha", "rk4")
 
 
@@ -82,15 +83,21 @@ class Run:
 
 def timed(model: Model, case: Case, method: str, repeats: int) -> tuple[list[float], Solution]:
     """Return CPU seconds of the compiled loop, which are a run's less those of a single step, and the last solution."""
-    start = statistics.median(one_run(model, case, method, case.step)[0] for _ in range(repeats + 1))
-    runs = [one_run(model, case, method, case.duration) for _ in range(repeats)]
-    return [seconds - start for seconds, _ in runs], runs[-1][1]
+    first, solution = run_for(model, case, method, case.duration, 1)
+    calls = max(1, int(SHORTEST / first))
+    seconds = []
+    for _ in range(repeats):
+        start, _ = run_for(model, case, method, case.step, calls)
+        whole, solution = run_for(model, case, method, case.duration, calls)
+        seconds.append((whole - start) / calls)
+    return seconds, solution
 
 
-def one_run(model: Model, case: Case, method: str, duration: float) -> tuple[float, Solution]:
-    """Return CPU seconds of a simulation, and the solution."""
+def run_for(model: Model, case: Case, method: str, duration: float, calls: int) -> tuple[float, Solution]:
+    """Return CPU seconds of some equal simulations, and the solution."""
     start = time.thread_time()
-    solution = model.simulate(duration, case.step, method=method, record_every=10**9)
+    for _ in range(calls):
+        solution = model.simulate(duration, case.step, method=method, record_every=10**9)
     seconds = time.thread_time() - start
     if not solution.success:
         raise RuntimeError(f"{case.name}, {method}: {solution.message}")
