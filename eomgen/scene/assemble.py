@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from eomgen.errors import Problem
 from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
+from eomgen.scene.constraints import check_closings, read_constraint
 from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
@@ -30,6 +31,7 @@ def from_data(
     notes: Sequence[str] = (),
     metadata: Mapping[str, Any] | None = None,
     inertias_checked: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
 ) -> scene.Scene:
     """Check nested data, in the form of a scene file, and return the scene.
 
@@ -45,6 +47,8 @@ def from_data(
         Handed on to the scene.
     inertias_checked : bool
         True where whoever made the data has judged the inertias already.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the data say.
 
     Raises
     ------
@@ -54,6 +58,8 @@ def from_data(
     report = Report(file, lines or {})
     report.found += [(0, problem) for problem in problems]
     document, refused = read_document(data, report)
+    if coordinates is not None:
+        document = document.model_copy(update={"coordinates": coordinates})
     document = checks.check_names(document, refused, report)
     result = _Assembler(document, refused, data, report).fields(inertias_checked)
     report.raise_problems()
@@ -110,6 +116,13 @@ class _Assembler:
             checks.check_inertias(inertias, self.report)
         if complete and len(order) == len(links) == len(bodies):
             checks.check_motion([joints[link.name] for link in order], inertias, values)
+        points = {name: self.point(name, point) for name, point in document.points.items()}
+        constraints = tuple(
+            read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
+        )
+        if complete:
+            check_closings(constraints, [joints[link.name] for link in order], self.report)
+        checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
         return {
@@ -125,7 +138,10 @@ class _Assembler:
             ),
             "inputs": tuple(self.input(name, entry) for name, entry in document.inputs.items()),
             "base": self.base(),
-            "points": tuple(self.point(name, point) for name, point in document.points.items()),
+            "constraints": constraints,
+            "coordinates": document.coordinates,
+            "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
+            "points": tuple(points.values()),
             "springs": tuple(self.spring(name, spring) for name, spring in document.springs.items()),
             "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
             "forces": tuple(self.force(name, force) for name, force in document.forces.items()),

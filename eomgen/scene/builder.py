@@ -30,6 +30,8 @@ class SceneBuilder:
         In world axes, m/s^2.
     terms : sequence of str
         The terms wanted; none means all that are needed.
+    coordinates : str
+        ``joint``, or ``absolute`` where every body moves on its own and joints become constraints.
 
     Examples
     --------
@@ -39,7 +41,13 @@ class SceneBuilder:
     """
 
     def __init__(
-        self, name: str, *, description: str = "", gravity: Sequence[Value] = (0.0, 0.0, -9.81), terms: Sequence[str] = ()
+        self,
+        name: str,
+        *,
+        description: str = "",
+        gravity: Sequence[Value] = (0.0, 0.0, -9.81),
+        terms: Sequence[str] = (),
+        coordinates: str = "joint",
     ) -> None:
         self._data: dict[str, Any] = {
             "format": 1,
@@ -47,8 +55,9 @@ class SceneBuilder:
             "description": description,
             "gravity": _plain(gravity),
             "terms": _plain(terms),
+            "coordinates": coordinates,
         }
-        self._lines: dict[str, str] = {"name": _caller(), "gravity": _caller(), "terms": _caller()}
+        self._lines: dict[str, str] = dict.fromkeys(("name", "gravity", "terms", "coordinates"), _caller())
         self._problems: list[Problem] = []
 
     def parameter(self, name: str, value: float, *, tunable: bool = False, unit: str = "", description: str = "") -> Self:
@@ -81,9 +90,14 @@ class SceneBuilder:
         *,
         center_of_mass: Sequence[Value] = (0.0, 0.0, 0.0),
         inertia: Sequence[Any] | Mapping[str, Value] = (0.0, 0.0, 0.0),
+        group: str | None = None,
     ) -> Self:
-        """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3)."""
-        return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
+        """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
+
+        ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow bodies, R3xSO3
+        those that spin fast and freely.
+        """
+        return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia, group=group)
 
     def joint(
         self,
@@ -118,6 +132,37 @@ class SceneBuilder:
             rest=rest,
             rotor_inertia=rotor_inertia,
             initial=initial,
+        )
+
+    def constraint(
+        self,
+        name: str,
+        type: str,
+        first: str | Mapping[str, Any],
+        second: str | Mapping[str, Any],
+        *,
+        drive: Value | None = None,
+        length: Value | None = None,
+        radius: Value | None = None,
+        shape: str | None = None,
+    ) -> Self:
+        """Add a constraint that closes a loop between two frames.
+
+        A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
+        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, prismatic,
+        planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape disc or sphere). ``drive``,
+        a formula of time and parameters, prescribes the angle of revolute, or the travel of prismatic and cylindrical.
+        """
+        return self._enter(
+            "constraints",
+            name,
+            type=type,
+            first=first,
+            second=second,
+            drive=drive,
+            length=length,
+            radius=radius,
+            shape=shape,
         )
 
     def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:

@@ -40,6 +40,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {shown(name)} is not legal", _NAME_RULE
     if section == "bodies" and name == BASE:
         return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
+    if section == "constraints" and name in document.joints:
+        return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in ("parameters", "inputs") and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
     if section == "inputs" and name in document.parameters:
@@ -86,6 +88,15 @@ def check_inertias(inertias: Mapping[str, Inertia], report: Report) -> None:
         if fault:
             field = "mass" if inertia.mass < 0.0 else "inertia"
             report.add(key_of("bodies", name, field), fault, f"the values of {name} about its centre of mass, in its own axes")
+
+
+def check_groups(document: Document, report: Report) -> None:
+    """Report the groups of bodies that do not move on their own."""
+    for joint in document.joints.values():
+        body = document.bodies.get(joint.child)
+        if joint.type == "fixed" and body is not None and body.group is not None:
+            what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
+            report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
 
 
 def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values) -> None:

@@ -7,6 +7,8 @@ from typing import Literal
 
 from eomgen.scene.formula_nodes import Formula, Number
 
+ZERO: Formula = Number(0.0)
+
 ConstraintType = Literal[
     "spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed", "distance", "point_on_line", "rolling"
 ]
@@ -29,7 +31,7 @@ class Frame:
     """
 
     body: str
-    position: tuple[Formula, Formula, Formula] = (Number(0.0), Number(0.0), Number(0.0))
+    position: tuple[Formula, Formula, Formula] = (ZERO, ZERO, ZERO)
     orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -40,10 +42,11 @@ class Constraint:
     Attributes
     ----------
     type : str
-        ``revolute``, ``cylindrical`` and ``prismatic`` share the z axis; ``planar`` keeps the second frame's origin in the first's xy
-        plane with parallel z; ``universal`` keeps first x and second y perpendicular; ``point_on_line`` keeps the second's origin on
-        the first's z axis; ``distance`` keeps the origins ``length`` apart; ``rolling`` lets a disc about the second frame's z
-        axis (or a sphere) of ``radius`` roll on the first's xy plane without slip.
+        ``revolute``, ``cylindrical`` and ``prismatic`` share the z axis; ``planar`` keeps the second frame's origin in
+        the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
+        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length`` apart;
+        ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on the first's xy plane
+        without slip.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: angle of ``revolute``, travel of ``prismatic`` and ``cylindrical``.
     """
@@ -53,6 +56,6 @@ class Constraint:
     first: Frame
     second: Frame
     drive: Formula | None = None
-    length: Formula = Number(0.0)
-    radius: Formula = Number(0.0)
+    length: Formula = ZERO
+    radius: Formula = ZERO
     shape: Literal["disc", "sphere"] = "disc"

@@ -6,15 +6,24 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
+from eomgen.scene.names import shown
 from eomgen.scene.scene import Scene
 
 LARGEST_FILE = 10_000_000
 _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 
 
-def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()) -> Scene:
+def load(
+    path: str | Path,
+    *,
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    coordinates: Literal["joint", "absolute"] | None = None,
+) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file.
 
     Parameters
@@ -27,6 +36,8 @@ def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: S
         For URDF: whether the root link is ``fixed`` to the base or ``free``.
     lock : sequence of str
         For URDF: moving joints to be fixed at zero.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
 
     Raises
     ------
@@ -44,12 +55,14 @@ def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: S
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", hint)
     if kind == ".toml" and (root != "fixed" or lock):
         raise UsageError("root and lock are for URDF only", 'type = "fixed" for the joint in the scene file')
+    if coordinates not in (None, "joint", "absolute"):
+        raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
     text, file = read_text(path), _shown_file(path)
     if kind == ".toml":
-        return load_toml(text, file=file)
+        return load_toml(text, file=file, coordinates=coordinates)
     from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
 
-    return load_urdf(text, file=file, strict=strict, root=root, lock=lock)
+    return load_urdf(text, file=file, strict=strict, root=root, lock=lock, coordinates=coordinates)
 
 
 def _shown_file(path: Path) -> str:
@@ -82,8 +95,10 @@ def read_text(path: Path) -> str:
         raise DescriptionError(problem) from None
 
 
-def load_toml(text: str, *, file: str = "scene.toml") -> Scene:
-    """Read a scene from the text of a TOML file; ``file`` is the name for messages.
+def load_toml(
+    text: str, *, file: str = "scene.toml", coordinates: Literal["joint", "absolute"] | None = None
+) -> Scene:
+    """Read a scene from the text of a TOML file; ``file`` is the name for messages, ``coordinates`` as in ``load``.
 
     Raises
     ------
@@ -104,4 +119,4 @@ def load_toml(text: str, *, file: str = "scene.toml") -> Scene:
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
-    return from_data(data, file=file, lines=lines)
+    return from_data(data, file=file, lines=lines, coordinates=coordinates)

@@ -48,6 +48,20 @@ def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
     return snapped(matrix)
 
 
+def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
+    """Return a right-handed matrix whose third column is a unit ``axis``; exact for coordinate axes.
+
+    Parameters
+    ----------
+    x_axis : (3,) array, optional
+        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when omitted.
+    """
+    wanted = np.eye(3)[int(np.argmin(np.abs(axis)))] if x_axis is None else x_axis
+    across = wanted - (wanted @ axis) * axis
+    first = snapped(across / np.linalg.norm(across))
+    return snapped(np.column_stack([first, np.cross(axis, first), axis]))
+
+
 def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
     """Return the matrix of URDF's ``rpy``: extrinsic about x, y, z, that is intrinsic about z, y, x; not snapped."""
     x, y, z = np.eye(3)

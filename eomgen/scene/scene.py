@@ -27,6 +27,14 @@ TERMS = (
     "forward_dynamics",
     "residual",
     "partials",
+    "constraint",
+    "constraint_velocity",
+    "constraint_bias",
+    "constraint_jacobian",
+    "velocity_partials",
+    "equations",
+    "iteration",
+    "jacobian_values",
     "poses",
     "twists",
     "outputs",
@@ -220,7 +228,9 @@ class Scene:
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
     constraints : what closes loops, besides the joints of the tree.
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
-    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates.
+    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where nothing
+        is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for bodies that
+        spin fast and freely.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
     content : bytes that determine the scene (canonical JSON of its data), for the cache key and for golden files.

@@ -11,12 +11,25 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.scene import TERMS
 from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
 
 Description = Annotated[str, Field(max_length=10_000)]
 Unit = Annotated[str, Field(max_length=64)]
-SECTIONS = ("parameters", "inputs", "bodies", "joints", "points", "springs", "torsion_springs", "forces", "efforts", "outputs")
+SECTIONS = (
+    "parameters",
+    "inputs",
+    "bodies",
+    "joints",
+    "constraints",
+    "points",
+    "springs",
+    "torsion_springs",
+    "forces",
+    "efforts",
+    "outputs",
+)
 
 
 class Table(BaseModel):
@@ -69,6 +82,7 @@ class Body(Table):
     mass: Value
     center_of_mass: Triple = (0.0, 0.0, 0.0)
     inertia: Inertia = (0.0,) * 6
+    group: Literal["SE3", "R3xSO3"] | None = None
 
 
 class Initial(Table):
@@ -91,6 +105,30 @@ class Joint(Table):
     rest: Value | None = None
     rotor_inertia: Value | None = None
     initial: Initial = Initial()
+
+
+class Frame(Table):
+    body: str | None = None
+    point: str | None = None
+    position: Triple | None = None
+    rotation: Rotations | None = None
+    axis: Triple | None = None
+    x_axis: Triple | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_point(cls, data: object) -> object:
+        return {"point": data} if isinstance(data, str) else data
+
+
+class Constraint(Table):
+    type: ConstraintType
+    first: Frame
+    second: Frame
+    drive: Value | None = None
+    length: Value | None = None
+    radius: Value | None = None
+    shape: Literal["disc", "sphere"] | None = None
 
 
 class Point(Table):
@@ -154,12 +192,14 @@ class Document(Table):
     name: str
     description: Description = ""
     gravity: Triple = (0.0, 0.0, -9.81)
+    coordinates: Literal["joint", "absolute"] = "joint"
     terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = ()  # type: ignore[valid-type]
     parameters: dict[str, Parameter] = {}
     inputs: dict[str, Input] = {}
     base: Base | None = None
     bodies: dict[str, Body] = {}
     joints: dict[str, Joint] = {}
+    constraints: dict[str, Constraint] = {}
     points: dict[str, Point] = {}
     springs: dict[str, Spring] = {}
     torsion_springs: dict[str, TorsionSpring] = {}
@@ -172,8 +212,10 @@ class Document(Table):
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of scene files."""
     description = Document.model_json_schema()
-    parameter = description["$defs"]["Parameter"]
-    description["$defs"]["Parameter"] = {"anyOf": [NUMBER_SCHEMA, parameter]}
+    definitions = description["$defs"]
+    definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, definitions["Parameter"]]}
+    point = {"type": "string", "description": "the name of a point"}
+    definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
     return description
 
 

@@ -48,7 +48,7 @@ def ordered(
             report.add(f"{key}.child", f"there is no body {shown(link.child)}", nearest(link.child, known))
         elif link.child in carrier:
             what = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
-            report.add(f"{key}.child", what, "one joint for each body")
+            report.add(f"{key}.child", what, "one joint for each body, and [constraints] for what closes a loop")
         elif link.parent == link.child:
             report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself", "another parent")
         carrier.setdefault(link.child, link)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -34,7 +34,13 @@ _MEANING = {
 
 
 def load_urdf(
-    text: str, *, file: str = "robot.urdf", strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()
+    text: str,
+    *,
+    file: str = "robot.urdf",
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from the text of a URDF file; see ``reader.load``.
 
@@ -72,6 +78,7 @@ def load_urdf(
         lines=merger.lines,
         notes=[*notes, *(note for _, note in doubts)],
         inertias_checked=True,
+        coordinates=coordinates,
     )
 
 

@@ -1,0 +1,270 @@
+"""Constraints and coordinates in scene files: frames as they are written, and where every message points."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.constraint import Constraint, Frame
+from eomgen.scene.evaluate import evaluate
+from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.reader import load, load_toml
+from eomgen.scene.rotation import frame_about, is_rotation
+from eomgen.scene.scene import Scene
+from eomgen.scene.schema import json_schema
+
+FOUR_BAR = """\
+format = 1
+name = "four_bar"
+[parameters]
+crank = 0.3
+[bodies.crank]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[bodies.rod]
+mass = 2
+inertia = [0.1, 0.1, 0.1]
+[bodies.plate]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[joints]
+first = { type = "revolute", parent = "base", child = "crank", axis = [0, 1, 0] }
+second = { type = "revolute", parent = "crank", child = "rod", axis = [0, 1, 0], position = ["crank", 0, 0] }
+weld = { type = "fixed", parent = "rod", child = "plate" }
+[points]
+tip = { body = "rod", position = [0, 0, "2*crank"] }
+[constraints.loop]
+"""
+PIN = 'type = "revolute"\nfirst = { body = "base", axis = [0, 2, 0] }\nsecond = { point = "tip", axis = [0, 1, 0] }\n'
+ABSOLUTE = FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"')
+ABSOLUTE = ABSOLUTE.replace("mass = 2", 'mass = 2\ngroup = "R3xSO3"')
+ZERO = (Number(0.0),) * 3
+UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def read(loop: str = PIN, text: str = FOUR_BAR) -> Scene:
+    return load_toml(text + loop, file="scene.toml")
+
+
+def loop(text: str) -> Constraint:
+    return read(text).constraints[0]
+
+
+def problems(loop: str, text: str = FOUR_BAR) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        read(loop, text)
+    return [str(problem) for problem in caught.value.problems]
+
+
+def test_defaults() -> None:
+    scene = load_toml(FOUR_BAR.replace("[constraints.loop]\n", ""))
+    assert (scene.coordinates, dict(scene.groups), scene.constraints) == ("joint", {}, ())
+
+
+def test_frames_by_axis_point_and_rotation() -> None:
+    pin = loop(PIN)
+    assert (pin.name, pin.type, pin.drive) == ("loop", "revolute", None)
+    assert pin.first == Frame("base", ZERO, pin.second.orientation)
+    assert pin.second.body == "rod"
+    assert pin.second.position == (*ZERO[:2], Operation("mul", (Number(2.0), Symbol("parameter", "crank"))))
+    assert np.array(pin.first.orientation)[:, 2].tolist() == [0.0, 1.0, 0.0]
+    turned = loop(
+        'type = "prismatic"\nfirst = { body = "crank", position = ["crank", 0, 1], axis = [0, 0, 1], x_axis = [0, 3, 4] }\n'
+        'second = { body = "rod", rotation = [{ axis = [0, 0, 1], angle = "pi/2" }] }\n'
+    )
+    assert turned.first.position == (Symbol("parameter", "crank"), Number(0.0), Number(1.0))
+    assert turned.first.orientation == turned.second.orientation == ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    weld = loop('type = "fixed"\nfirst = "tip"\nsecond = { body = "base" }\n')
+    assert (weld.first.body, weld.first.orientation, weld.second) == ("rod", UNITS, Frame("base"))
+
+
+def test_what_belongs_to_one_type() -> None:
+    frames = 'first = { body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }\nsecond = { body = "rod", rotation = [] }\n'
+    driven = loop(f'type = "revolute"\ndrive = "2*pi*t"\n{frames}')
+    assert driven.drive is not None
+    assert evaluate(driven.drive, lambda symbol: {"time": 3.0}[symbol.kind]) == 6.0 * np.pi
+    assert loop(f'type = "cylindrical"\ndrive = "t"\n{frames}').drive == Symbol("time")
+    rod = loop('type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = "crank"\n')
+    assert (rod.length, rod.radius) == (Symbol("parameter", "crank"), Number(0.0))
+    wheel = loop(f'type = "rolling"\nradius = 0.3\n{frames}')
+    assert (wheel.radius, wheel.shape) == (Number(0.3), "disc")
+    ball = loop('type = "rolling"\nradius = 0.3\nshape = "sphere"\nfirst = { body = "base", axis = [0, 0, 1] }\nsecond = "tip"\n')
+    assert ball.shape == "sphere"
+    line = loop('type = "point_on_line"\nfirst = { body = "base", axis = [1, 0, 0] }\nsecond = "tip"\n')
+    assert [row[2] for row in line.first.orientation] == [1.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("axis", [*np.eye(3), -np.eye(3)[1], np.array([0.6, 0.0, 0.8]), np.array([2.0, -1.0, 2.0]) / 3.0])
+def test_frames_about_an_axis(axis: np.ndarray) -> None:
+    free, given = frame_about(axis), frame_about(axis, np.array([0.36, 0.48, 0.8]))
+    for matrix in (free, given):
+        assert is_rotation(matrix)
+        np.testing.assert_allclose(matrix[:, 2], axis, atol=1e-15)
+    assert given[:, 0] @ np.array([0.36, 0.48, 0.8]) > 0.0
+    assert abs(given[:, 1] @ np.array([0.36, 0.48, 0.8])) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('type = "hinge"\nfirst = "tip"\nsecond = "tip"', "'hinge' is not known here; try: one of spherical,"),
+        ('type = "spherical"\nfirst = "tip"', "scene.toml:20 (constraints.loop.second): the key second is missing"),
+        ('type = "spherical"\nfirst = 3\nsecond = "tip"', "(constraints.loop.first): a table is needed here, not 3"),
+        ('type = "spherical"\nfirst = "tp"\nsecond = { body = "base" }', "loop.first.point): there is no point 'tp'; try: tip"),
+        ('type = "spherical"\nfirst = { body = "rd" }\nsecond = { body = "base" }', "loop.first.body): there is no body 'rd'"),
+        ('type = "spherical"\nfirst = { position = [1, 0, 0] }\nsecond = "tip"', "the frame belongs to no body; try: body = "),
+        (
+            'type = "spherical"\nfirst = { point = "tip", body = "rod" }\nsecond = { body = "base" }',
+            "(constraints.loop.first.body): the point tip gives the body already; try: either point or body",
+        ),
+        (
+            'type = "spherical"\nfirst = { point = "tip", position = [0, 0, 0] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.position): the point tip gives the position already",
+        ),
+        (
+            'type = "spherical"\nfirst = { point = "tip", axis = [0, 0, 1] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.axis): a spherical constraint has no axis in this frame",
+        ),
+        (
+            'type = "spherical"\nfirst = { point = "tip", x_axis = [0, 0, 1] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.x_axis): x_axis has no meaning without axis",
+        ),
+        (
+            'type = "revolute"\nfirst = { point = "tip" }\nsecond = { body = "base", axis = [0, 1, 0] }',
+            "scene.toml:22 (constraints.loop.first): a revolute constraint needs the axes of this frame; "
+            "try: axis = [0, 0, 1], or rotation",
+        ),
+        (
+            'type = "universal"\nfirst = "tip"\nsecond = { body = "base", rotation = [] }',
+            "a universal constraint needs the axes of this frame; try: axis = [0, 0, 1], x_axis = [1, 0, 0], or rotation",
+        ),
+        (
+            'type = "revolute"\ndrive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base", rotation = [] }',
+            "loop.first): the angle about the axis matters to a driven revolute constraint, and axis does not say it; "
+            "try: x_axis = [1, 0, 0], in the axes of this body, or rotation",
+        ),
+        (
+            'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0] }\nsecond = { body = "base" }',
+            "(constraints.loop.first): the angle about the axis matters to a fixed constraint",
+        ),
+        (
+            'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0], x_axis = [0, -2, 0] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.x_axis): x_axis is parallel to axis; try: a direction across it",
+        ),
+        (
+            'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 0], x_axis = [1, 0, 0] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.axis): the axis has no direction",
+        ),
+        (
+            'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 1], rotation = [] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.axis): axis and rotation are both given; try: one of them",
+        ),
+        (PIN + "length = 1", "scene.toml:24 (constraints.loop.length): a revolute constraint has no length; try: type = "),
+        (PIN + 'shape = "disc"', "(constraints.loop.shape): a revolute constraint has no shape; try: type = rolling"),
+        (PIN.replace("revolute", "cylindrical") + 'drive = "q.first"', "(constraints.loop.drive): q.first cannot be used here"),
+        (
+            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }',
+            "scene.toml:20 (constraints.loop): a distance constraint needs a length; try: length = 1.0",
+        ),
+        (
+            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = "crank - 1"',
+            "(constraints.loop.length): -0.7 m is not positive; try: a length in m",
+        ),
+        (
+            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = 1\ndrive = "t"',
+            "a distance constraint has no drive; try: type = revolute or prismatic or cylindrical",
+        ),
+        (
+            'type = "spherical"\nfirst = "tip"\nsecond = { body = "plate" }',
+            "(constraints.loop.second): both frames are in the same rigid body: rod, plate, which fixed joints make one body",
+        ),
+        ('type = "spherical"\nfirst = "tip"\nsecond = "tip"', "both frames are in the same rigid body: rod; try: frames in two"),
+        (PIN + "[bodies.plate2]\nmass = 1", "no joint carries the body plate2"),
+    ],
+)  # fmt: skip
+def test_one_problem(text: str, message: str) -> None:
+    (found,) = problems(text + "\n")
+    assert message in found
+
+
+def test_all_at_once() -> None:
+    broken = 'type = "revolute"\nfirst = { body = "bas" }\nsecond = { point = "tp", axis = [0, 0] }\nlength = true\n'
+    found = problems(broken + '[constraints.first]\ntype = "spherical"\nfirst = "tip"\nsecond = { body = "base" }\nradius = 1\n')
+    assert [problem.split(": ")[0] for problem in found] == [
+        "scene.toml:23 (constraints.loop.second.axis)",
+        "scene.toml:24 (constraints.loop.length)",
+        "scene.toml:25 (constraints.first)",
+    ]
+    assert "the name first is both a joint and a constraint; try: another name for one of them" in found[2]
+
+
+def test_a_second_joint_of_a_body_is_no_loop() -> None:
+    again = '[joints.again]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, 1, 0]\n'
+    (found,) = problems(PIN + again)
+    assert found.endswith("by the joint second; try: one joint for each body, and [constraints] for what closes a loop")
+
+
+def test_groups_and_coordinates() -> None:
+    text = ABSOLUTE
+    scene = read(text=text)
+    assert (scene.coordinates, dict(scene.groups)) == ("absolute", {"rod": "R3xSO3"})
+    assert load_toml(text + PIN, coordinates="joint").coordinates == "joint"
+    assert load_toml(text + PIN, coordinates="joint").content != scene.content
+    (found,) = problems(PIN, text.replace('"R3xSO3"', '"SO3"'))
+    assert "(bodies.rod.group): 'SO3' is not known here; try: one of SE3 or R3xSO3" in found
+    (found,) = problems(PIN, FOUR_BAR.replace("[bodies.plate]", '[bodies.plate]\ngroup = "SE3"'))
+    assert "(bodies.plate.group): the body plate has no motion of its own: a fixed joint carries it" in found
+    (found,) = problems(PIN, FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "polar"'))
+    assert found == "scene.toml:2 (coordinates): 'polar' is not known here; try: one of joint or absolute"
+
+
+def test_coordinates_of_a_file_are_overridden(tmp_path: Path) -> None:
+    path = tmp_path / "four_bar.toml"
+    path.write_text(FOUR_BAR + PIN)
+    absolute = load(path, coordinates="absolute")
+    assert absolute.coordinates == "absolute"
+    assert replace(absolute, coordinates="joint", content=b"") == replace(load(path), content=b"")
+    assert absolute.content == load_toml(FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"') + PIN).content
+    with pytest.raises(UsageError, match="coordinates are 'polar'; try: joint or absolute"):
+        load(path, coordinates="polar")  # type: ignore[arg-type]
+
+
+def test_coordinates_of_a_urdf(tmp_path: Path) -> None:
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
+    path = tmp_path / "arm.urdf"
+    path.write_text(f'<robot name="arm"><link name="a"/><link name="b">{inertial}</link>{joint}</robot>')
+    assert (load(path).coordinates, load(path, coordinates="absolute").coordinates) == ("joint", "absolute")
+
+
+def test_builder() -> None:
+    builder = SceneBuilder("four_bar", coordinates="absolute").parameter("crank", 0.3)
+    for name, mass, group in (("crank", 1, None), ("rod", 2, "R3xSO3"), ("plate", 1, None)):
+        builder.body(name, mass, inertia=[0.1, 0.1, 0.1], group=group)
+    builder.joint("first", "revolute", "base", "crank", axis=[0, 1, 0])
+    builder.joint("second", "revolute", "crank", "rod", axis=[0, 1, 0], position=["crank", 0, 0])
+    builder.joint("weld", "fixed", "rod", "plate").point("tip", "rod", [0, 0, "2*crank"])
+    builder.constraint("loop", "revolute", {"body": "base", "axis": np.array([0, 2, 0])}, {"point": "tip", "axis": (0, 1, 0)})
+    text = ABSOLUTE
+    built, read_ = builder.build(), read(text=text)
+    assert replace(built, source={}) == replace(read_, source={})
+    builder.constraint("rod_length", "distance", "tip", {"body": "base", "rotation": [((0, 0, 1), 1.0)]}, radius=1)
+    with pytest.raises(DescriptionError, match=r"(?s)\.py:\d+ \(constraints\.rod_length\): a distance.*no radius"):
+        builder.build()
+
+
+def test_json_schema() -> None:
+    schema = json.loads(json_schema())
+    definitions = schema["$defs"]
+    assert definitions["Constraint"]["required"] == ["type", "first", "second"]
+    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 10
+    name, table = definitions["Frame"]["anyOf"]
+    assert name["type"] == "string"
+    assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis"]
+    assert schema["properties"]["coordinates"]["enum"] == ["joint", "absolute"]
