@@ -21,11 +21,12 @@ Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time
 class Statement:
     """One statement of a part.
 
-    ``kind`` and ``data``:  ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number,
-    expression); ``out`` (output number, component, expression); ``fill`` (output number, size): zeros everywhere;
-    ``save`` (slot, expression): into the workspace; ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot
-    of the first result); ``gather`` (slot, step, block or "w", index, step, length): equally spaced places into the workspace;
-    ``spread`` (output number, component, step, slot, step, length, sign): equally spaced slots into an output.
+    ``kind`` and ``data``: ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number,
+    expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component, expression);
+    ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace; ``loop`` (number in
+    ``Program.loops``, slot of the first gathered value, slot of the first result); ``gather`` (slot, step, block or "w",
+    index, step, length): equally spaced places into the workspace; ``spread`` (output number, component, step, slot, step,
+    length, sign): equally spaced slots into an output.
     """
 
     kind: str

@@ -22,6 +22,8 @@ PART_LIMIT = 1500
 NEST_LIMIT = 6
 #: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
 FILL_FROM = 9
+#: From this many angles on, their sines and cosines are taken in one loop.
+TOGETHER = 3
 
 _NAMES: list[str] = [""] * (max(Op) + 1)
 for _op in Op:
@@ -135,7 +137,8 @@ class _Scheduler:
         if code is _MAP:
             self._map(node)
         elif node in plan.members:
-            self._sine_and_cosine(node)
+            if node not in self.expressions:
+                self._sine_and_cosine(node)
         else:
             taken, total = self._take(operands(tape, node))
             expression = (_NAMES[code], *taken)
@@ -162,6 +165,27 @@ class _Scheduler:
         self._emit("sincos", self.locals - 1, self.locals, argument)
         self._store(sine)
         self._store(cosine)
+
+    def _angles(self, nodes: Sequence[int]) -> None:
+        """Take sine and cosine of all angles that are inputs together, which compilers turn into vector instructions."""
+        tape = self.tape
+        leaders = [
+            node for node in nodes
+            if tape.op[node] in (Op.SIN, Op.COS) and node in self.plan.members and tape.op[abs(tape.a[node])] is _INPUT
+        ]  # fmt: skip
+        if len(leaders) < TOGETHER:
+            return
+        angles = []
+        for node in leaders:
+            (other,) = self.plan.members[node]
+            sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
+            self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
+            self.locals += 2
+            angles.append((self.locals - 1, self.locals, self._leaf(tape.a[sine])))
+        self._emit("angles", tuple(angles))
+        for node in leaders:
+            for member in (node, *self.plan.members[node]):
+                self._store(member)
 
     def _map(self, node: int) -> None:
         """Run a loop: gather into the workspace, call, and leave the results where they are."""
@@ -239,6 +263,7 @@ class _Scheduler:
             self.open = _Open()
             if number == 0:
                 self._leaves_out(may_fill)
+            self._angles(plan.part(number))
             for node in plan.part(number):
                 while node >= self.next_label[0]:
                     self.label = self.next_label[1]

@@ -101,8 +101,8 @@ void active_vehicle_twists(const active_vehicle_parameters *p, const real *q, co
  *   141 additions, 178 multiplications, 4 divisions, 10 functions */
 void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *y);
 
-/* kinetic and potential energy, non-conservative power, power of the base
- *   energy [4]  kinetic, potential (J), non-conservative power, base power (W)
+/* kinetic and potential energy, non-conservative power, power of base and drivers
+ *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   121 additions, 154 multiplications, 4 divisions, 10 functions */
 void active_vehicle_energy(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *energy);
 

@@ -92,8 +92,8 @@ void free_spinning_body_twists(const real *q, const real *v, real *twist);
  *   13 additions, 25 multiplications, 0 divisions, 0 functions */
 void free_spinning_body_outputs(const real *q, const real *v, real *y);
 
-/* kinetic and potential energy, non-conservative power, power of the base
- *   energy [4]  kinetic, potential (J), non-conservative power, base power (W)
+/* kinetic and potential energy, non-conservative power, power of base and drivers
+ *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   6 additions, 15 multiplications, 0 divisions, 0 functions */
 void free_spinning_body_energy(const real *q, const real *v, real *energy);
 

@@ -107,8 +107,8 @@ void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulu
  *   3 additions, 2 multiplications, 0 divisions, 2 functions */
 void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *y);
 
-/* kinetic and potential energy, non-conservative power, power of the base
- *   energy [4]  kinetic, potential (J), non-conservative power, base power (W)
+/* kinetic and potential energy, non-conservative power, power of base and drivers
+ *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   16 additions, 34 multiplications, 0 divisions, 2 functions */
 void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *energy);
 

@@ -92,8 +92,8 @@ void spherical_pendulum_twists(const real *q, const real *v, real *twist);
  *   10 additions, 20 multiplications, 0 divisions, 0 functions */
 void spherical_pendulum_outputs(const real *q, const real *v, real *y);
 
-/* kinetic and potential energy, non-conservative power, power of the base
- *   energy [4]  kinetic, potential (J), non-conservative power, base power (W)
+/* kinetic and potential energy, non-conservative power, power of base and drivers
+ *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   7 additions, 13 multiplications, 0 divisions, 0 functions */
 void spherical_pendulum_energy(const real *q, const real *v, real *energy);
 
