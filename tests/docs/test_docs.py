@@ -1,0 +1,232 @@
+"""The pages say what is so: scenes on them load and derive, Python on them runs, keys and options are all there, links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import tomllib
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import pytest
+
+import eomgen
+from eomgen.cli import INTERRUPTED, VERBS, commands
+from eomgen.mechanics.derive import derive
+from eomgen.runtime.methods import METHOD_NAMES
+from eomgen.scene.assemble import from_data
+from eomgen.scene.formula_scope import ENERGIES, FUNCTIONS
+from eomgen.scene.reader import load_toml
+from eomgen.scene.schema import SECTIONS, schema
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+ROOT = Path(__file__).parents[2]
+PAGES = {path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+
+
+class Block(NamedTuple):
+    """A fenced block: its page, the page's line on which its text starts, and the text."""
+
+    page: str
+    line: int
+    text: str
+
+
+def blocks(language: str, pages: dict[str, str] = PAGES) -> list[Block]:
+    return [
+        Block(page, text.count("\n", 0, match.start(2)) + 1, match[2])
+        for page, text in pages.items()
+        for match in _BLOCK.finditer(text)
+        if match[1] == language
+    ]
+
+
+def place(block: object) -> str | None:
+    return f"{block.page}:{block.line}" if isinstance(block, Block) else None
+
+
+WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text)]
+PIECES = [block for block in blocks("toml") if "format" not in tomllib.loads(block.text)]
+EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")
+
+
+def sections(page: str) -> dict[str, str]:
+    """Return the text under each heading of the second level."""
+    parts = re.split(r"^## (.+)$", PAGES[page], flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def in_backticks(text: str) -> set[str]:
+    return set(re.findall(r"`([^`\n]+)`", text))
+
+
+def test_there_is_something_to_test() -> None:
+    assert {block.page for block in WHOLE} == {"README.md", "scene.md"}
+    assert len(PIECES) >= 20
+    assert {block.page for block in blocks("python")} == {"README.md", "python.md"}
+
+
+@pytest.mark.parametrize("block", WHOLE, ids=place)
+def test_whole_scenes_are_derived(block: Block) -> None:
+    system = derive(load_toml(block.text, file=block.page))
+    assert system.nv == 2 and {"mass", "forward_dynamics", "outputs", "partials"} <= set(system.functions)
+
+
+@pytest.mark.parametrize("block", PIECES, ids=place)
+def test_pieces_fit_into_the_example(block: Block) -> None:
+    data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
+    for section, entries in piece.items():
+        data[section] = {**data.get(section, {}), **entries} if section in SECTIONS else entries
+    made = from_data(data, file=f"{block.page}:{block.line}")
+    assert made.content != load_toml(EXAMPLE).content
+    system = derive(made)
+    assert system.counts["mass"].statements > 0 or made.coordinates == "absolute"
+
+
+@pytest.mark.parametrize("page", ["README.md", "python.md"])
+def test_python_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.toml").write_text(EXAMPLE, encoding="utf-8")
+    Path("pendulum.toml").write_text(next(block.text for block in WHOLE if block.page == "README.md"), encoding="utf-8")
+    for block in blocks("xml", {page: PAGES[page]}):
+        Path("robot.urdf").write_text(block.text, encoding="utf-8")
+    lines = [""] * PAGES[page].count("\n")
+    for block in blocks("python", {page: PAGES[page]}):
+        lines[block.line - 1 : block.line - 1 + block.text.count("\n")] = block.text.splitlines()
+    script = Path(f"{page}.py")
+    script.write_text("\n".join(lines), encoding="utf-8")  # on the page's own lines, so that a traceback points there
+    names = runpy.run_path(str(script))
+    assert isinstance(names["model"], eomgen.Model) and isinstance(names["solution"], eomgen.Solution)
+    assert names["solution"].success
+    assert capsys.readouterr().out
+
+
+def test_python_page_prints_what_it_promises(tmp_path: Path) -> None:
+    (tmp_path / "robot.urdf").write_text(blocks("xml")[0].text, encoding="utf-8")
+    notes = eomgen.load(tmp_path / "robot.urdf").notes
+    assert any("limits of position" in note for note in notes) and any("ground" in note for note in notes)
+    with pytest.raises(eomgen.DescriptionError, match="limits of position, velocity and effort"):
+        eomgen.load(tmp_path / "robot.urdf", strict=True)
+
+
+# -- nothing is forgotten ----------------------------------------------------------------------------------------------
+
+
+def referred(node: Any, definitions: dict[str, Any], seen: set[str]) -> Iterator[dict[str, Any]]:
+    """Yield a node of the JSON Schema, everything in it, and the definitions it refers to, each once."""
+    if isinstance(node, list):
+        for item in node:
+            yield from referred(item, definitions, seen)
+    elif isinstance(node, dict):
+        yield node
+        name = str(node.get("$ref", "")).rpartition("/")[2]
+        if name and name not in seen:
+            seen.add(name)
+            yield from referred(definitions[name], definitions, seen)
+        for item in node.values():
+            yield from referred(item, definitions, seen)
+
+
+def words_of(node: Any, definitions: dict[str, Any]) -> set[str]:
+    """Return every key and every word that the schema knows at a node."""
+    words: set[str] = set()
+    for part in referred(node, definitions, set()):
+        if part.get("type") == "object":
+            words |= set(part.get("properties", {}))
+        words |= {word for word in part.get("enum", []) if isinstance(word, str)}
+    return words
+
+
+def test_every_key_of_the_schema_is_on_the_page() -> None:
+    description, texts = schema(), sections("scene.md")
+    top = in_backticks(texts["Top level"])
+    for key, node in description["properties"].items():
+        text = texts[key] if key in texts else texts["Top level"]
+        assert key in texts or key in top, f"{key} has no place on the page"
+        missing = words_of(node, description["$defs"]) - in_backticks(text) - set("BCDEFG")
+        assert not missing, f"docs/scene.md, section {key}: {sorted(missing)} not described"
+
+
+def test_every_term_function_method_and_energy_is_on_the_page() -> None:
+    texts = sections("scene.md")
+    formulas = texts["Values and formulas"]
+    assert FUNCTIONS.keys() <= {word.partition("(")[0] for word in in_backticks(formulas)}
+    assert set(METHOD_NAMES) <= in_backticks(texts["simulation"])
+    assert set(ENERGIES) <= in_backticks(texts["outputs"])
+
+
+def test_a_missing_key_would_be_found() -> None:
+    description = schema()
+    words = words_of(description["properties"]["joints"], description["$defs"])
+    assert {"rotor_inertia", "velocity", "angle", "spherical"} <= words and "stiffness" in words
+
+
+def command(verb: str) -> click.Command:
+    found = getattr(import_module(VERBS[verb][1]), verb)
+    assert isinstance(found, click.Command)
+    return found
+
+
+def options(verb: str) -> set[str]:
+    return {name for parameter in command(verb).params for name in (*parameter.opts, *parameter.secondary_opts) if name[0] == "-"}
+
+
+def command_lines() -> list[tuple[str, str]]:
+    """Return (page, command) of every line of code that starts with eomgen and a verb in small letters."""
+    return [
+        (page, match[1])
+        for page, text in PAGES.items()
+        for match in re.finditer(r"^ {4,}(?:\S*/)?eomgen ([a-z][^#|>\n]*)", text, re.MULTILINE)
+    ]
+
+
+def test_command_lines_on_the_pages_exist() -> None:
+    lines = command_lines()
+    assert {page for page, _ in lines} >= {"README.md", "command_line.md"} and len(lines) >= 8
+    for page, line in lines:
+        verb, *words = line.split()
+        assert verb in VERBS, f"{page}: there is no verb {verb}"
+        unknown = {word for word in words if word.startswith("-")} - options(verb)
+        assert not unknown, f"{page}: eomgen {verb} has no {sorted(unknown)}"
+
+
+def test_every_verb_option_and_exit_code_is_on_its_page() -> None:
+    words = {word.split()[0] for word in in_backticks(PAGES["command_line.md"])}
+    assert set(VERBS) <= words
+    top = {name for parameter in commands.params for name in parameter.opts}
+    for verb in VERBS:
+        missing = (options(verb) | top) - words
+        assert not missing, f"docs/command_line.md: {sorted(missing)} of {verb} not described"
+    codes = set(re.findall(r"^\| (\d+) \|", sections("command_line.md")["Exit codes"], re.MULTILINE))
+    assert codes == {str(error.exit_code) for error in errors()} | {"0", "1", str(INTERRUPTED)}
+
+
+def errors() -> list[type[eomgen.EomgenError]]:
+    found = [getattr(eomgen, name) for name in eomgen.__all__ if name.endswith("Error") and name != "EomgenError"]
+    assert len(found) == 6
+    return found
+
+
+def test_every_public_name_is_on_the_python_page() -> None:
+    page = PAGES["python.md"]
+    assert [name for name in eomgen.__all__ if not name.startswith("_") and not re.search(rf"\b{name}\b", page)] == []
+    for error in errors():
+        assert f"| `{error.__name__}` | {error.exit_code} |" in page
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page: str) -> None:
+    folder = ROOT if page == "README.md" else ROOT / "docs"
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", PAGES[page]):
+        file, _, anchor = target.partition("#")
+        path = folder / file if file else folder / page
+        assert path.exists(), f"{page}: {target} is not there"
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {heading.lower().replace(" ", "-") for heading in headings}, f"{page}: no heading for {target}"
