@@ -1,4 +1,4 @@
-"""The pages say what is so: scenes on them load and derive, Python on them runs, keys and options are all there, links lead somewhere."""
+"""The pages say what is so: scenes on them derive, Python on them runs, keys and options are described, links lead somewhere."""
 
 from __future__ import annotations
 
