@@ -176,6 +176,14 @@ class ConstraintCalculus:
             total = [force + entry * multiplier for force, entry in zip(total, row, strict=True)]
         return total
 
+    def driving_power(self) -> Scalar:
+        """Return lam times the partial derivatives of the holonomic rows in time: the power of drivers, not of the base."""
+        rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
+        total = self.algebra.zero
+        for number, rate in enumerate(rates):
+            total = total + Scalar(self.tape, self.tape.input("lam", number)) * Scalar(self.tape, rate)
+        return total
+
     def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return left-trivialised partials in q of any values, one row each."""
         tangents = forward_partials(self.tape, [value.ref for value in values], self.seeds)

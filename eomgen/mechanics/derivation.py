@@ -176,15 +176,16 @@ class Derivation:
 
     def energies(self) -> dict[str, Scalar]:
         if self._energies is None:
-            self._energies = energies(self.tree, self.kinematics, self.base, self.loads)
-            self.quantities.energies = {"base_power": self.algebra.zero, **self._energies}
+            drivers = self.constraints.driving_power() if self.constraints is not None else self.algebra.zero
+            self._energies = energies(self.tree, self.kinematics, self.loads, drivers)
+            self.quantities.energies = self._energies
         return self._energies
 
     def energy(self) -> list[Block]:
         found = self.energies()
-        zero = self.algebra.zero
-        values = [found["kinetic"], found["potential"], found["power"], found.get("base_power", zero)]
-        return [self.block("energy", (4,), values, "kinetic, potential (J), non-conservative power, base power (W)")]
+        values = [found[name] for name in ("kinetic", "potential", "power", "base_power")]
+        what = "kinetic, potential (J), non-conservative power, power of base and drivers (W)"
+        return [self.block("energy", (4,), values, what)]
 
     def outputs(self) -> list[Block]:
         self.energies()

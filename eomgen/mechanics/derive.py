@@ -34,8 +34,11 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "jacobian_values": (("p", "t", "q", "base"), "nonzeros of B"),
     "poses": (("p", "q", "base"), "quaternion (body to world) and position of every body"),
     "twists": (("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first"),
-    "outputs": (("p", "t", "q", "v", "a", "u", "base"), "the scene's named outputs"),
-    "energy": (("p", "t", "q", "v", "a", "u", "base"), "kinetic and potential energy, non-conservative power, power of the base"),
+    "outputs": (("p", "t", "q", "v", "a", "lam", "u", "base"), "the scene's named outputs"),
+    "energy": (
+        ("p", "t", "q", "v", "a", "lam", "u", "base"),
+        "kinetic and potential energy, non-conservative power, power of base and drivers",
+    ),
 }
 
 #: Terms that exist only where something is constrained.
@@ -157,7 +160,8 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
     used = {symbol.block for symbol in derivation.tape.depends_on(function.refs)}
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),
-        "t": not timed, "u": not scene.inputs, "base": scene.base is None, "lam": derivation.constraints is None,
+        "t": not timed, "u": not scene.inputs, "base": scene.base is None,
+        "lam": derivation.constraints is None or (function.name in ("energy", "outputs") and "lam" not in used),
         "a": function.name in ("energy", "outputs") and "a" not in used,
     }  # fmt: skip
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))

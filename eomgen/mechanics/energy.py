@@ -1,6 +1,8 @@
-"""Energies and powers: inertial kinetic and potential energy, non-conservative power, and the power that drives the base.
+"""Energies and powers: inertial kinetic and potential energy, non-conservative power, and the power of base and drivers.
 
 Along every motion d(kinetic + potential)/dt = power + base power. Bodies' own inertial parameters are used, never grouped ones.
+Forces between bodies and base do not move the whole scene as one rigid body, so the wrench of the base is what
+inertia needs less weight and external forces, whether joints, springs or constraints transmit it.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from eomgen.mechanics.rigid_body import Inertia
 from eomgen.mechanics.terms import carry, field_wrenches
 from eomgen.mechanics.tree import ROOT, Tree
 from eomgen.symbolic.kernel import Kernel
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, dot, minus, plus, scaled
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled
 
 
 @cache
@@ -44,8 +46,9 @@ def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: 
     return kinetic_kernel().instantiate(algebra, values)[0]
 
 
-def energies(tree: Tree, kinematics: Kinematics, base: BaseState, loads: Loads) -> dict[str, Scalar]:
-    """Return kinetic and potential energy (J), power of non-conservative forces and power of the base (W)."""
+def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:
+    """Return kinetic and potential energy (J), power of non-conservative forces, and power of base and drivers (W)."""
+    base, carrier = kinematics.base, kinematics.carrier
     algebra = tree.algebra
     kinetic, potential = algebra.zero, loads.potential
     for index, link in enumerate(tree.links):
@@ -57,14 +60,19 @@ def energies(tree: Tree, kinematics: Kinematics, base: BaseState, loads: Loads) 
             moment = plus(scaled(link.inertia.mass, p), apply(R, link.inertia.first))
             in_world = plus(scaled(link.inertia.mass, base.position), apply(base.orientation, moment))
             potential = potential - dot(base.gravity_world, in_world)
-    found = {"kinetic": kinetic, "potential": potential, "total": kinetic + potential, "power": loads.power}
-    if base.moving:
-        found["base_power"] = base_power(tree, base, loads)
-    return found
+    moving = base_power(tree, base, carrier, loads) if carrier.moving else algebra.zero
+    total = kinetic + potential
+    return {"kinetic": kinetic, "potential": potential, "total": total, "power": loads.power, "base_power": moving + drivers}
 
 
-def base_power(tree: Tree, base: BaseState, loads: Loads) -> Scalar:
-    """Return the power of the wrench that the base exerts on the scene: all inertia less weight and external forces."""
+def base_power(tree: Tree, base: BaseState, carrier: BaseState, loads: Loads) -> Scalar:
+    """Return the power of the wrench that the base exerts on the scene: all inertia less weight and external forces.
+
+    Parameters
+    ----------
+    base : what the tree's root rests on: the prescribed base, or the world in absolute coordinates
+    carrier : the prescribed base
+    """
     algebra = tree.algebra
     fields = total_fields(tree, base.motion(), accelerations=True, gravity=True)
     net = field_wrenches(tree, fields)
@@ -80,4 +88,8 @@ def base_power(tree: Tree, base: BaseState, loads: Loads) -> Scalar:
                 moment, force = plus(moment, load[0]), plus(force, load[1])
             else:
                 net[link.parent] = (plus(net[link.parent][0], load[0]), plus(net[link.parent][1], load[1]))
-    return dot(moment, base.omega) + dot(force, base.velocity)
+    omega, velocity = carrier.omega, carrier.velocity
+    if carrier is not base:
+        omega, velocity = apply(carrier.orientation, omega), apply(carrier.orientation, velocity)
+        velocity = minus(velocity, cross(omega, carrier.position))
+    return dot(moment, omega) + dot(force, velocity)

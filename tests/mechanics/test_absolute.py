@@ -1,0 +1,211 @@
+"""The same scenes in joint and in absolute coordinates: the same motion, from poses that are multiplied out independently."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eomgen.errors import ModelError
+from eomgen.mechanics.derive import derive
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.scene import BASE, Effort, Joint, Output, Point, Scene, TorsionSpring
+from eomgen.system import System
+from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.formulas import number, rigid_body, vector
+from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
+from tests.oracles.states import on_base, random_states
+
+STATES = 4
+JOINT = ["mass", "coupling", "residual", "forward_dynamics", "outputs", "energy", "poses", "twists"]
+ROWS = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian"]
+GROUPS = ["SE3", "R3xSO3", "mixed"]
+
+
+def loaded(seed: int, links: int = 4) -> Scene:
+    """Return a tree with everything that can act on it, points in several bodies observed, and fixed joints in between."""
+    scene = weighty(with_loads(random_scene(seed, links, tunable=0.3 * (seed % 2)), seed), seed)
+    kinds = {joint.name: joint.type for joint in scene.joints}
+    single = [name for name, kind in kinds.items() if kind in ("revolute", "prismatic")]
+    efforts = tuple(Effort(f"motor_{name}", name, Symbol("input", "pull")) for name in single)
+    points = tuple(Point(f"in_{body.name}", body.name, vector((0.2, -0.1, 0.3))) for body in scene.bodies)
+    scene = point_outputs(replace(scene, efforts=efforts, points=(*scene.points, *points)))
+    measured = tuple(Output(f"{kind}_{name}", (Symbol(kind, name),)) for name in single for kind in ("q", "v"))
+    return replace(scene, outputs=(*scene.outputs, *measured))
+
+
+def in_absolute(scene: Scene, groups: str) -> Scene:
+    chosen = {"SE3": {}, "R3xSO3": {body.name: "R3xSO3" for body in scene.bodies}, "mixed": mixed_groups(scene)}[groups]
+    return replace(scene, coordinates="absolute", groups=chosen)
+
+
+def both(scene: Scene, groups: str, rng: np.random.Generator) -> tuple[System, System, dict[str, Array], dict[str, Array]]:
+    """Return the systems in joint and in absolute coordinates, and states of both that are the same states of the bodies."""
+    joint = derive(scene, [*JOINT, *ROWS])
+    absolute = derive(in_absolute(scene, groups), [*JOINT, *ROWS])
+    at_joint = tape_evaluator(joint)
+    state = random_states(joint, STATES, rng)
+    state = on_base(at_joint, state) if scene.base is not None else state
+    return joint, absolute, state, absolute_state(scene, joint, absolute, state, at_joint)
+
+
+def one_sign(pose: Array) -> Array:
+    """Return poses whose quaternions have w > 0: a quaternion and its negative are one orientation."""
+    return np.concatenate([pose[..., :4] * np.sign(pose[..., :1]), pose[..., 4:]], axis=-1)
+
+
+def check_same_motion(joint: System, absolute: System, state: dict[str, Array], moved: dict[str, Array]) -> None:
+    at_joint, at_absolute = tape_evaluator(joint), tape_evaluator(absolute)
+    own = len(joint.multipliers)
+    assert np.abs(at_absolute("constraint", moved)["Phi"][:, : absolute.holonomic - joint.holonomic]).max() <= 1e-13
+    if joint.multipliers:
+        state = kkt(at_joint, state)
+    else:
+        state = {**state, "a": at_joint("forward_dynamics", state)["vdot"]}
+        assert np.abs(at_absolute("constraint_velocity", moved)["w"]).max() <= 1e-12
+    moved = kkt(at_absolute, moved)
+    for name in ("poses", "twists"):
+        (found,), (expected,) = at_absolute(name, moved).values(), at_joint(name, state).values()
+        if name == "poses":
+            found, expected = one_sign(found), one_sign(expected)
+        assert relative_error(found, expected, 2) <= 1e-12, name
+    assert relative_error(at_absolute("outputs", moved)["y"], at_joint("outputs", state)["y"]) <= 1e-10
+    found, expected = at_absolute("energy", moved)["energy"], at_joint("energy", state)["energy"]
+    for k, name in enumerate(("kinetic", "potential", "power", "base power")):
+        assert relative_error(found[:, k, np.newaxis], expected[:, k, np.newaxis], floor=1.0) <= 1e-9, name
+    if own:
+        np.testing.assert_allclose(moved["lam"][:, -own:], state["lam"], rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("base", ["resting", "translating", "turning"])
+@pytest.mark.parametrize("groups", GROUPS)
+@pytest.mark.parametrize("seed", range(6))
+def test_same_accelerations_of_points(seed: int, groups: str, base: str, rng) -> None:
+    """Springs, efforts, joint stiffness, torsion springs, forces by formula; fixed joints, also on a base that moves."""
+    scene = loaded(seed)
+    scene = scene if base == "resting" else with_base(scene, seed, turning=base == "turning")
+    joint, absolute, state, moved = both(scene, groups, rng)
+    assert len(absolute.multipliers) == absolute.nv - joint.nv
+    check_same_motion(joint, absolute, state, moved)
+
+
+LOOPS = [("distance", False), ("point_on_line", False), ("cylindrical", True), ("rolling", False)]
+
+
+@pytest.mark.parametrize("groups", GROUPS)
+@pytest.mark.parametrize("kind, driven", LOOPS)
+def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) -> None:
+    """A constraint on the tree gives the same multipliers whether the tree's joints are coordinates or constraints."""
+    scene = with_base(loaded(3, 6), 3)
+    still = {"initial_position": (1.0, *(0.0,) * 6), "initial_velocity": (0.0,) * 6}
+    free = Joint("free", "free", scene.bodies[0].name, "wheel", **still)
+    scene = replace(scene, bodies=(*scene.bodies, small_body("wheel")), joints=(*scene.joints, free))
+    scene = replace(scene, constraints=(constraint(rng, kind, BASE, "wheel", driven=driven),))
+    check_same_motion(*both(scene, groups, rng))
+
+
+def test_there_are_fixed_joints_among_the_scenes() -> None:
+    """Two of the seeds above have bodies fixed to others, one to the base, so that merging is tried."""
+    fixed = [(seed, joint.parent) for seed in range(6) for joint in loaded(seed).joints if joint.type == "fixed"]
+    assert any(parent != BASE for _, parent in fixed)
+    assert any(parent == BASE for _, parent in fixed)
+
+
+@pytest.mark.parametrize("groups", GROUPS)
+@pytest.mark.parametrize("seed", range(4))
+def test_initial_state_and_its_accelerations(seed: int, groups: str, rng) -> None:
+    """The initial state of the joints becomes that of the bodies, on a base that moves at t = 0."""
+    scene = with_base(loaded(seed), seed)
+    joint = derive(scene, JOINT)
+    here = random_states(joint, 1, rng)
+    here["t"] = np.zeros((1, 1))
+    start = {item.name: item for item in scene.joints}
+    for factor in joint.factors:
+        q, v = (here[name][0, first : first + size] for name, first, size in (
+            ("q", factor.q_start, factor.q_size), ("v", factor.v_start, factor.v_size),
+        ))  # fmt: skip
+        start[factor.name] = replace(start[factor.name], initial_position=tuple(q), initial_velocity=tuple(v))
+    scene = replace(scene, joints=tuple(start.values()))
+    joint, absolute = derive(scene, JOINT), derive(in_absolute(scene, groups), [*JOINT, *ROWS])
+    at_joint = tape_evaluator(joint)
+    here = on_base(at_joint, here)
+    np.testing.assert_array_equal(joint.initial_q, here["q"][0])
+    expected = absolute_state(scene, joint, absolute, here, at_joint)
+    moved = {**here, "q": np.array([absolute.initial_q]), "v": np.array([absolute.initial_v])}
+    np.testing.assert_allclose(moved["v"], expected["v"], atol=1e-12)
+    for factor in absolute.factors:
+        found, wanted = (state["q"][0, factor.q_start : factor.q_start + factor.q_size] for state in (moved, expected))
+        found, wanted = (found, wanted) if factor.group == "R" else (one_sign(found), one_sign(wanted))
+        np.testing.assert_allclose(found, wanted, atol=1e-12)
+    check_same_motion(joint, absolute, here, moved)
+
+
+def test_mass_is_constant_and_block_diagonal(rng) -> None:
+    scene = loaded(1)
+    for groups in GROUPS:
+        system = derive(in_absolute(scene, groups), ["mass", "residual"])
+        assert system.facts.constant_mass
+        M = tape_evaluator(system)("mass", random_states(system, 1, rng))["M"][0]
+        assert np.count_nonzero(M[:6, 6:]) == 0
+        assert M[3, 3] == M[4, 4] == M[5, 5] > 0.0
+        assert np.count_nonzero(M[:3, 3:6]) == 0
+        assert np.linalg.eigvalsh(M).min() > 0.0
+
+
+def test_a_moving_body_in_its_group() -> None:
+    scene = replace(in_absolute(pendulum(), "mixed"), groups={"rod": "R3xSO3"})
+    assert [(f.group, f.name, f.q_start, f.v_start) for f in derive(scene, ["residual"]).factors] == [
+        ("R", "rod.position", 4, 3),
+        ("SO3", "rod.orientation", 0, 0),
+    ]
+    assert [(f.group, f.name) for f in derive(in_absolute(pendulum(), "SE3"), ["residual"]).factors] == [("SE3", "rod")]
+
+
+def pendulum(**joint: object) -> Scene:
+    hinge = Joint("hinge", "revolute", BASE, "rod", (0.0, 1.0, 0.0), initial_position=(0.3,), initial_velocity=(0.0,))
+    return Scene("pendulum", (rigid_body("rod", 2.0, (0, 0, -0.5), (0.1, 0.1, 0.01, 0, 0, 0)),), (replace(hinge, **joint),))
+
+
+def test_heavy_pendulum_by_hand(rng) -> None:
+    """The hinge carries the centrifugal force: multipliers of a rod that swings, against Newton's law in the plane."""
+    angle, rate, mass, length, about = 0.3, 1.7, 2.0, 0.5, 0.1
+    scene = pendulum(initial_velocity=(rate,))
+    system = derive(in_absolute(scene, "SE3"), [*JOINT, *ROWS])
+    state = kkt(tape_evaluator(system), {"q": np.array([system.initial_q]), "v": np.array([system.initial_v])})
+    alpha = -mass * 9.81 * length * np.sin(angle) / (about + mass * length**2)
+    np.testing.assert_allclose(state["a"][0, :3], [0.0, alpha, 0.0], atol=1e-13)
+    radial, across = np.array([np.sin(angle), 0.0, np.cos(angle)]), np.array([-np.cos(angle), 0.0, np.sin(angle)])
+    force = mass * (length * (rate**2 * radial + alpha * across) + np.array([0.0, 0.0, 9.81]))
+    assert np.linalg.norm(state["lam"][0, :3]) == pytest.approx(np.linalg.norm(force), rel=1e-12)
+    assert np.abs(state["lam"][0, 3:]).max() <= 1e-12
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (
+            replace(pendulum(), bodies=(rigid_body("rod", 0.0),)),
+            r"bodies\.rod: has no mass, which absolute coordinates cannot carry; try: a mass, or joint",
+        ),
+        (pendulum(rotor_inertia=number(0.1)), r"joints\.hinge\.rotor_inertia: has no place in absolute coordinates; try: joint"),
+        (
+            replace(pendulum(type="spherical", initial_position=(1.0, 0.0, 0.0, 0.0), initial_velocity=(0.0,) * 3),
+                    efforts=(Effort("motor", "hinge", number(1.0)),)),
+            "joint 'hinge' has no single coordinate that absolute coordinates could measure; try: a force or torque on the body",
+        ),
+        (
+            replace(pendulum(), outputs=(Output("swing", (Symbol("a", "hinge"),)),)),
+            r"the acceleration a\.hinge of a joint is no quantity of absolute coordinates; try: the acceleration of a point",
+        ),
+        (
+            replace(pendulum(type="free", initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6),
+                    torsion_springs=(TorsionSpring("t", "hinge", "", number(1.0), number(0.0), number(0.0)),)),
+            "joint 'hinge' has no single coordinate",
+        ),
+    ],
+)  # fmt: skip
+def test_what_absolute_coordinates_refuse(scene: Scene, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        derive(in_absolute(scene, "SE3"))
