@@ -14,7 +14,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.joints import Column, columns_of, pose_of
 from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
-from eomgen.mechanics.tree import CARRIER, ROOT, Link, Mount, Tree, cleaned, parameter_scalars
+from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, parameter_scalars
 from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.scene import BASE, Body, Joint, Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation
@@ -45,7 +45,10 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     def vector(formulas: Sequence[Formula]) -> Vector:
         return algebra.vector([number(formula) for formula in formulas])
 
-    mounts = {BASE: Mount(CARRIER, algebra.identity, algebra.zero_vector)}
+    mounts = {
+        BASE: Mount(CARRIER, algebra.identity, algebra.zero_vector),
+        WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
+    }
     hosts: list[Body] = []
     totals: list[Inertia] = []
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
@@ -56,7 +59,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
             orientation = multiply(above.orientation, algebra.matrix(joint.orientation))
             position = plus(above.position, apply(above.orientation, vector(joint.position)))
             mounts[body.name] = Mount(above.link, orientation, position)
-            if above.link != CARRIER:
+            if above.link >= 0:
                 totals[above.link] = totals[above.link] + inertia.moved(orientation, position)
             continue
         mounts[body.name] = Mount(len(hosts), algebra.identity, algebra.zero_vector)
@@ -75,7 +78,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         turning.append(len(links) - 1)
         centers.append(center)
     for name, mount in mounts.items():
-        if mount.link != CARRIER:
+        if mount.link >= 0:
             position = minus(mount.position, centers[mount.link])
             mounts[name] = Mount(turning[mount.link], mount.orientation, position)
     return Tree(algebra, tuple(links), mounts, parameters)

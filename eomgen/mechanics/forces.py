@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.terms import Wrench
-from eomgen.mechanics.tree import Tree
+from eomgen.mechanics.tree import WORLD_NAME, Tree
 from eomgen.scene.formula_nodes import Symbol
 from eomgen.scene.scene import Force, Joint, Scene, Spring
 from eomgen.symbolic.scalar import (
@@ -95,8 +95,11 @@ def _add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
 def _add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     length, rate, direction = quantities.stretch(spring)
     pull = scaled(quantities.tension(spring), direction)
-    for name, force in ((spring.first, pull), (spring.second, negative(pull))):
+    ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
+    for name, other, force in ends:
         _push(loads.wrenches, quantities, name, force)
+        if quantities.points[other].body == WORLD_NAME:
+            _push(loads.external, quantities, name, force)
     stretch = length - quantities.formula(spring.length)
     loads.potential = loads.potential + 0.5 * (quantities.formula(spring.stiffness) * (stretch * stretch))
     dissipative = quantities.formula(spring.damping) * rate + quantities.formula(spring.force)

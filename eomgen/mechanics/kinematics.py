@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from eomgen.mechanics.base import BaseState
 from eomgen.mechanics.motion import Field, relative, total_fields
-from eomgen.mechanics.tree import CARRIER, ROOT, Mount, Tree
-from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, multiply, plus, transpose
+from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount, Tree
+from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
 
 class Kinematics:
@@ -25,7 +25,16 @@ class Kinematics:
         if carrier is not None:
             self._poses[CARRIER] = (carrier.orientation, carrier.position)
             self._twists[CARRIER] = (carrier.omega, carrier.velocity)
+        self._poses[WORLD], self._twists[WORLD] = self._world()
         self._fields: list[Field] | None = None
+
+    def _world(self) -> tuple[tuple[Matrix, Vector], tuple[Vector, Vector]]:
+        """Return pose and twist of the world as the base sees them, the twist in world axes."""
+        R, x = self.base.orientation, self.base.position
+        turning = apply(R, self.base.omega)
+        passing = minus(cross(turning, x), apply(R, self.base.velocity))
+        back = transpose(R)
+        return (back, negative(apply(back, x))), (negative(turning), passing)
 
     def _path(self, link: int, known: dict[int, object]) -> list[int]:
         path = []
@@ -84,6 +93,8 @@ class Kinematics:
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         link, s = self.local(body, r)
+        if link == WORLD:
+            return self.algebra.zero_vector
         if link < 0:
             motion = self.carrier.motion()
             turning = cross(motion.omega, cross(motion.omega, s))

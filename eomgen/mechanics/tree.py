@@ -22,6 +22,8 @@ from eomgen.system import Factor
 
 ROOT = -1
 CARRIER = -2
+WORLD = -3
+WORLD_NAME = "world"
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Mount:
     """Constant pose of a body's frame in a link's frame.
 
     ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does not:
-    in absolute coordinates links hang in the world and the base moves past them.
+    in absolute coordinates links hang in the world and the base moves past them. WORLD is what rests while the base moves.
     """
 
     link: int
@@ -126,7 +128,10 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
     def vector(formulas: Sequence[Formula]) -> Vector:
         return algebra.vector([number(formula) for formula in formulas])
 
-    mounts = {BASE: Mount(ROOT, algebra.identity, algebra.zero_vector)}
+    mounts = {
+        BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
+        WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
+    }
     links: list[Link] = []
     inertias: list[Inertia] = []
     q_start = v_start = 0
