@@ -6,7 +6,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.methods import GENERALIZED_ALPHA, RKMK, FactsLike, GeneralizedAlpha, Method, check_needs
+from eomgen.integrators.iteration_matrix import Unknowns
+from eomgen.integrators.methods import (
+    GENERALIZED_ALPHA,
+    INDEX_3,
+    INDEX_3_REFUSED_RHO,
+    RKMK,
+    STABILISED,
+    FactsLike,
+    GeneralizedAlpha,
+    Method,
+    check_needs,
+)
+from eomgen.integrators.samples import Samples, samples_of
+from eomgen.integrators.solver_data import Solver, make_solver, solver_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import FactorLike
@@ -30,9 +43,13 @@ class SystemLike(Protocol):
     def functions(self) -> Any: ...
     @property
     def counts(self) -> Any: ...
+    @property
+    def multipliers(self) -> Any: ...
+    @property
+    def holonomic(self) -> int: ...
 
 
-def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[str, Any]:
+def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples: Samples | None = None) -> dict[str, Any]:
     """Return ``Program.method``: JSON types only. The template is ``c/integrators/<family>.c.jinja``.
 
     Parameters
@@ -42,11 +59,13 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[
         Its facts are held against the method's needs first.
     step : float
         Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its code.
+    samples : Samples, optional
+        Numbers by which the pivots are chosen; the system's tape at a few states by default.
 
     Raises
     ------
     ModelError
-        The system lacks something that the method needs.
+        The system lacks something that the method needs, or its iteration matrix is singular at the initial state.
     UsageError
         The step is not positive.
     """
@@ -66,17 +85,29 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[
         "lie": _lie_data(system.factors, implicit),
     }
     if isinstance(method, GeneralizedAlpha):
+        unknowns = Unknowns(_nv(system), len(system.multipliers), system.holonomic, method.form == STABILISED)
+        known = samples if samples is not None else samples_of(system)
+        solver = make_solver(unknowns, system.factors, known, _weights(method, step), step)
         data |= {
-            "title": "generalized-alpha on Lie groups",
+            "title": f"generalized-alpha on Lie groups{_form_text(method, unknowns)}",
+            "form": method.form,
+            "variant": method.variant,
+            "warnings": list(method.warnings) if unknowns.holonomic else [],
             "rho_inf": float(method.rho_inf),
+            "rho_inf_below": INDEX_3_REFUSED_RHO if method.form == INDEX_3 and unknowns.holonomic else None,
             "rtol": RELATIVE_TOLERANCE,
             "atol": ABSOLUTE_TOLERANCE,
             "max_iterations": MAX_ITERATIONS,
             "max_halvings": MAX_HALVINGS,
-            "factorization_cost": _factorization_cost(system),
+            "unknowns": {
+                "v": unknowns.v, "lam": unknowns.lam, "holonomic": unknowns.holonomic, "eta": unknowns.eta,
+                "size": unknowns.size, "phi": unknowns.phi, "w": unknowns.v + unknowns.holonomic, "skipped": unknowns.skipped,
+            },
+            "solver": solver_data(solver, system.factors),
+            "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
             "rows_per_step": 1,
-        }
+        }  # fmt: skip
         return data
     nodes = sorted({c for c in method.c if c != 0} | {1})
     return data | {
@@ -92,9 +123,14 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3) -> dict[
 
 
 def _check_functions(method: Method, system: SystemLike) -> None:
-    needed = {"residual", "partials"} if method.family == GENERALIZED_ALPHA else set()
-    if "forward_dynamics" not in system.functions:
-        needed |= {"residual", "partials"}
+    if len(system.multipliers):
+        needed = {"equations", "iteration", "constraint_bias"}
+        if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
+            needed |= {"jacobian_values"}
+    else:
+        needed = {"residual", "partials"} if method.family == GENERALIZED_ALPHA else set()
+        if "forward_dynamics" not in system.functions:
+            needed |= {"residual", "partials"}
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:
@@ -107,11 +143,29 @@ def _check_functions(method: Method, system: SystemLike) -> None:
         raise ModelError(problems)
 
 
-def _factorization_cost(system: SystemLike) -> float:
+def _nv(system: SystemLike) -> int:
+    return sum(factor.v_size for factor in system.factors)
+
+
+def _form_text(method: GeneralizedAlpha, unknowns: Unknowns) -> str:
+    variant = "" if method.variant == "F0" else f", variant {method.variant}"
+    if not unknowns.lam:
+        return variant
+    return (", stabilised index 2" if method.form == STABILISED else ", index 3") + variant
+
+
+def _weights(method: GeneralizedAlpha, step: float) -> list[float]:
+    """Return the weights of an iteration matrix, in the order of ``iteration_matrix.WEIGHTS``."""
+    g = float(method.gamma / method.beta)
+    b = float((1 - method.alpha_m) / (method.beta * (1 - method.alpha_f)))
+    return [b, step * g, step * step, g, step, 1.0]
+
+
+def _factorization_cost(system: SystemLike, solver: Solver) -> float:
     """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by exact operation counts."""
-    nv = sum(factor.v_size for factor in system.factors)
-    iteration = float(system.counts["residual"].flops + 2 * nv**2)
-    return float(system.counts["partials"].flops + 4 * nv**2 + 2 * nv**3 / 3) / iteration
+    residual = "equations" if len(system.multipliers) else "residual"
+    iteration = float(system.counts[residual].flops + 2 * solver.solve_operations)
+    return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations) / iteration
 
 
 def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
@@ -162,20 +216,42 @@ _SETTINGS = {
     RKMK: ("step",),
 }
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
+_CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
 
 
 def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
     """Return the settings by name, in the order of the flat array, with the values of ``Program.method``."""
-    known = {**data, "reuse": 1}
-    return {name: float(known[name]) for name in _SETTINGS[data["family"]]}
+    known = {**data, "reuse": 1, "perturb": 1}
+    perturbed = ("perturb",) if data.get("form") == INDEX_3 and data["unknowns"]["holonomic"] else ()
+    return {name: float(known[name]) for name in (*_SETTINGS[data["family"]], *perturbed)}
+
+
+def statistics_names(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what the stepper counts and measures; those whose names begin with ``max_``, and ``pivot_ratio``, are no counts."""
+    constrained = data["family"] == GENERALIZED_ALPHA and data["unknowns"]["lam"]
+    return (*_STATISTICS, *(_CONSTRAINT_STATISTICS if constrained else ()))
+
+
+def row_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
+    """Return where each quantity is in a row of the record: ``t, q, v, vdot``, and ``lam`` of constrained systems."""
+    return _layout({"t": 1, "q": nq, "v": nv, "vdot": nv} | _multiplier_sizes(data, "lam"))
 
 
 def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
     """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name."""
     sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
     if data["family"] == GENERALIZED_ALPHA:
-        sizes |= {"a": nv, "rho_inf": 1}
-    sizes |= dict.fromkeys(("step", "origin", "count", *_STATISTICS), 1)
+        sizes |= _multiplier_sizes(data, "lam") | {"a": nv} | _multiplier_sizes(data, "eta") | {"rho_inf": 1}
+    sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
+    return _layout(sizes)
+
+
+def _multiplier_sizes(data: Mapping[str, Any], name: str) -> dict[str, int]:
+    size = data["unknowns"][name] if "unknowns" in data else 0
+    return {name: size} if size else {}
+
+
+def _layout(sizes: Mapping[str, int]) -> dict[str, slice]:
     layout, start = {}, 0
     for name, size in sizes.items():
         layout[name] = slice(start, start + size)

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from eomgen.codegen.render import environment
+from eomgen.integrators.iteration_matrix import dense
 from eomgen.integrators.methods import Method
+from eomgen.integrators.samples import Samples
 from eomgen.integrators.specification import STEPPER_CDEF, STEPPER_SIZES, default_settings, method_data, state_layout
 from eomgen.integrators.stepper import Equations
 from eomgen.symbolic.tape import Counts
@@ -41,6 +43,8 @@ class Model:
     q: np.ndarray
     v: np.ndarray
     inputs: int = 0
+    multipliers: tuple[str, ...] = ()
+    holonomic: int = 0
 
     @property
     def facts(self) -> Facts:
@@ -49,6 +53,18 @@ class Model:
     @property
     def counts(self) -> dict[str, Counts]:
         return {name: Counts(additions=40) for name in self.functions}
+
+    def samples(self) -> Samples:
+        """Return the partials at the initial state, whole matrices, where C has a function that gives them."""
+        nv = len(self.v)
+        names = self.functions["partials"][1] if "partials" in self.functions else ()
+        every = [(row, column) for row in range(nv) for column in range(nv)]
+        if self.equations.partials is None:
+            matrices = {"K": np.zeros((nv, nv)), "C": np.zeros((nv, nv)), "M": np.eye(nv)}
+        else:
+            matrices = dict(zip("KCM", self.equations.partials(0.0, self.q, self.v, np.zeros(nv)), strict=True))
+        numbers = np.concatenate([[], *(np.ravel(matrices[name]) for name in names)])
+        return Samples(dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis])
 
 
 # -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 -----------------------------------------------------------
@@ -438,7 +454,8 @@ def context_of(model: Model, method: Method, parameters: Sequence[str]) -> Stepp
     )
     sizes = {"q": len(model.q), "v": len(model.v), "u": model.inputs}
     members = tuple(SimpleNamespace(member=name) for name in parameters)
-    return StepperContext(model.name, sizes, functions, members, method_data(method, model), "base" in model.functions)
+    data = method_data(method, model, samples=model.samples())
+    return StepperContext(model.name, sizes, functions, members, data, "base" in model.functions)
 
 
 _TYPES = {"p": "const {0}_parameters *p", "t": "real t", "base": "const {0}_base_state *base"}

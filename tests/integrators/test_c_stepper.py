@@ -273,8 +273,11 @@ void test_inverse(const real *q, const real *v, const real *D, real step, real *
     memcpy(work.v, v, sizeof work.v);
     memcpy(work.increment, D, sizeof work.increment);
     tied_iteration_matrix(&p, &c, 0.0, step, &work);
-    for (i = 0; i < 7; ++i)
-        tied_solve(work.matrix, work.pivot, inverse + 7 * i);
+    for (i = 0; i < 7; ++i) {
+        memcpy(work.right, inverse + 7 * i, sizeof work.solution);
+        tied_solve_step(&work);
+        memcpy(inverse + 7 * i, work.solution, sizeof work.solution);
+    }
 }
 """
 

@@ -165,6 +165,9 @@ def test_needs_are_checked_before_any_code_exists():
     class Constrained:
         facts = Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False, constraints=True)
         factors, functions = tied_body().factors, tied_body().functions
+        multipliers, holonomic = ("row",), 1
 
-    with pytest.raises(ModelError, match=r"needs a system without constraints: it steps ordinary differential equations"):
+    with pytest.raises(ModelError, match=r"rkmk needs a system without constraints: .*try: generalized_alpha, which keeps"):
+        method_data(RKMK, Constrained())
+    with pytest.raises(ModelError, match=r"calls constraint_bias, equations, iteration, jacobian_values, which the model"):
         method_data(ALPHA, Constrained())

@@ -1,0 +1,245 @@
+"""The matrix of Newton's iteration as data: its unknowns, its nonzeros, and how each follows from the system's partials.
+
+Unknowns (E, h lam, eta) with the mean velocity D = E - B_n^T eta and q = q_n o exp(h D); equations (h r, Phi/h, w):
+
+    [ m M + c C + k K T     B^T          0        ]        K, C, M    partials of the residual in q, v and vdot
+    [ B T                    0     -B T B_n^T     ]        B, Z       of w = B v + Phi_t in v and in q
+    [ b B + z Z T            0    -z Z T B_n^T    ]        T          tangent operator at h D, B_n: B at q_n
+
+With m = b*, c = h g*, k = h^2, b = g*, z = h this is the derivative of a step. The entry -h^2 K T B_n^T beside B^T is left out:
+eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z = 0 and
+T = 1 the same places hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no eta, and of w
+the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.lie.product import FactorLike
+
+Array = NDArray[np.float64]
+Place = tuple[int, int]
+
+#: Weights of the sum of matrices above, by position in the arrays of terms.
+WEIGHTS = ("M", "C", "K", "B", "Z", "one")
+_MATRICES = ("K", "C", "M", "B", "Z")
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """How many unknowns of each kind a step has, and where the equations are."""
+
+    v: int
+    lam: int
+    holonomic: int
+    stabilised: bool
+
+    @property
+    def eta(self) -> int:
+        return self.holonomic if self.stabilised else 0
+
+    @property
+    def size(self) -> int:
+        return self.v + self.lam + self.eta
+
+    @property
+    def phi(self) -> int:
+        """First row of Phi/h."""
+        return self.v
+
+    @property
+    def skipped(self) -> int:
+        """Number of rows of w that are no equations."""
+        return 0 if self.stabilised else self.holonomic
+
+    def phi_row(self, constraint: int) -> int | None:
+        """Return the row of Phi/h that belongs to a constraint row, None where there is none."""
+        return self.phi + constraint if constraint < self.holonomic else None
+
+    def velocity_row(self, constraint: int) -> int | None:
+        """Return the row of w that belongs to a constraint row, None where there is none."""
+        return None if constraint < self.skipped else self.v + self.holonomic + constraint - self.skipped
+
+
+@dataclass(frozen=True)
+class Packing:
+    """The numbers that one evaluation of the partials gives: where each nonzero is among them.
+
+    Attributes
+    ----------
+    function : str
+        ``iteration`` (nonzeros only) or ``partials`` (whole matrices).
+    places : by matrix, from (row, column) to the position in one array of all numbers.
+    blocks : by matrix, where its numbers start and how many there are.
+    """
+
+    function: str
+    places: Mapping[str, Mapping[Place, int]]
+    blocks: Mapping[str, tuple[int, int]]
+    size: int
+
+
+def packed(patterns: Mapping[str, Sequence[Place]]) -> Packing:
+    """Return the packing of the function ``iteration``."""
+    places: dict[str, dict[Place, int]] = {}
+    blocks: dict[str, tuple[int, int]] = {}
+    start = 0
+    for name in _MATRICES:
+        pattern = patterns.get(name, ())
+        places[name] = {place: start + k for k, place in enumerate(pattern)}
+        if pattern:
+            blocks[name] = (start, len(pattern))
+        start += len(pattern)
+    return Packing("iteration", places, blocks, start)
+
+
+def dense(nonzero: Mapping[str, Sequence[Place]], nv: int) -> Packing:
+    """Return the packing of the function ``partials``; the matrices named are among its outputs."""
+    places: dict[str, dict[Place, int]] = {name: {} for name in _MATRICES}
+    blocks: dict[str, tuple[int, int]] = {}
+    for number, (name, pattern) in enumerate(nonzero.items()):
+        start = number * nv * nv
+        places[name] = {(row, column): start + row * nv + column for row, column in pattern}
+        blocks[name] = (start, nv * nv)
+    return Packing("partials", places, blocks, len(nonzero) * nv * nv)
+
+
+@dataclass
+class Terms:
+    """How every nonzero follows from the numbers of a packing.
+
+    Attributes
+    ----------
+    moved : rows of (number, tangent) pairs
+        Products of a matrix with T; they are numbered on after the packing's.
+    tangents : (factor number, start) pairs, and ``tangent_size`` numbers in all
+        The blocks of T that are needed: nine numbers of a rotation, then nine below them on SE(3).
+    linear, products : from (row, column) to terms
+        (weight, number), and (weight, number, nonzero of B_n), which are subtracted.
+    """
+
+    moved: list[list[tuple[int, int]]] = field(default_factory=list)
+    tangents: list[tuple[int, int]] = field(default_factory=list)
+    tangent_size: int = 0
+    linear: dict[Place, list[tuple[int, int]]] = field(default_factory=dict)
+    products: dict[Place, list[tuple[int, int, int]]] = field(default_factory=dict)
+
+    @property
+    def entries(self) -> set[Place]:
+        return set(self.linear) | set(self.products)
+
+    @property
+    def operations(self) -> int:
+        """Multiplications of one assembly."""
+        products = sum(len(terms) for terms in self.products.values())
+        return sum(len(row) for row in self.moved) + sum(len(terms) for terms in self.linear.values()) + 2 * products
+
+
+def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> Terms:
+    """Return the terms of the matrix above."""
+    terms = Terms()
+    columns = _tangent_rows(factors, terms, packing)
+    moved = {name: _moved(packing.places[name], columns, terms, packing.size) for name in ("K", "B", "Z")}
+    weight = {name: number for number, name in enumerate(WEIGHTS)}
+    nv = unknowns.v
+
+    def add(row: int, column: int, name: str, number: int) -> None:
+        terms.linear.setdefault((row, column), []).append((weight[name], number))
+
+    for name in ("M", "C"):
+        for (row, column), number in packing.places[name].items():
+            add(row, column, name, number)
+    for (row, column), number in moved["K"].items():
+        add(row, column, "K", number)
+    for (constraint, column), number in packing.places["B"].items():
+        add(column, nv + constraint, "one", number)
+        if (velocity_row := unknowns.velocity_row(constraint)) is not None:
+            add(velocity_row, column, "B", number)
+    for (constraint, column), number in moved["Z"].items():
+        if (velocity_row := unknowns.velocity_row(constraint)) is not None:
+            add(velocity_row, column, "Z", number)
+    for (constraint, column), number in moved["B"].items():
+        if (phi_row := unknowns.phi_row(constraint)) is not None:
+            add(phi_row, column, "one", number)
+    if unknowns.eta:
+        by_column: dict[int, list[tuple[int, int]]] = {}
+        start = packing.blocks["B"][0]
+        for (constraint, column), number in packing.places["B"].items():
+            if constraint < unknowns.holonomic:
+                by_column.setdefault(column, []).append((constraint, number - start))
+        for name in ("B", "Z"):
+            for (constraint, column), number in moved[name].items():
+                row = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
+                if row is None:
+                    continue
+                for other, nonzero in by_column.get(column, ()):
+                    place = (row, nv + unknowns.lam + other)
+                    terms.products.setdefault(place, []).append((weight["one" if name == "B" else "Z"], number, nonzero))
+    return terms
+
+
+def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
+    """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
+    needed = {column for name in ("K", "B", "Z") for _, column in packing.places[name]}
+    rows: dict[int, list[tuple[int, int]]] = {}
+    for number, factor in enumerate(factors):
+        at, start = factor.v_start, terms.tangent_size
+        if factor.group == "R" or not needed & set(range(at, at + factor.v_size)):
+            continue
+        terms.tangents.append((number, start))
+        terms.tangent_size += 18 if factor.group == "SE3" else 9
+        for i in range(3):
+            rows[at + i] = [(at + j, start + 3 * i + j) for j in range(3)]
+            if factor.group == "SE3":
+                below = [(at + j, start + 9 + 3 * i + j) for j in range(3)]
+                rows[at + 3 + i] = below + [(at + 3 + j, start + 3 * i + j) for j in range(3)]
+    return rows
+
+
+def _moved(
+    places: Mapping[Place, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
+) -> dict[Place, int]:
+    """Return the nonzeros of a matrix times T."""
+    result: dict[Place, int] = {}
+    sums: dict[Place, list[tuple[int, int]]] = {}
+    for (row, column), number in places.items():
+        if column in tangent_rows:
+            for target, tangent in tangent_rows[column]:
+                sums.setdefault((row, target), []).append((number, tangent))
+        else:
+            result[row, column] = number
+    for place, products in sums.items():
+        result[place] = first + len(terms.moved)
+        terms.moved.append(products)
+    return result
+
+
+def evaluate_terms(terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float]) -> dict[Place, Array]:
+    """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size)."""
+    moved = [sum(numbers[:, k] * tangents[:, t] for k, t in row) for row in terms.moved]
+    known: list[Any] = [*numbers.T, *moved]
+    entries: dict[Place, Array] = {place: np.zeros(len(numbers)) for place in terms.entries}
+    for place, linear in terms.linear.items():
+        for weight, number in linear:
+            entries[place] = entries[place] + weights[weight] * known[number]
+    for place, products in terms.products.items():
+        for weight, number, nonzero in products:
+            entries[place] = entries[place] - weights[weight] * known[number] * B_n[:, nonzero]
+    return entries
+
+
+def tangent_numbers(factors: Sequence[FactorLike], terms: Terms, T: Array) -> Array:
+    """Return the numbers of T's blocks, (n, tangent size), from whole matrices (n, nv, nv)."""
+    result = np.zeros((len(T), terms.tangent_size))
+    for number, start in terms.tangents:
+        at = factors[number].v_start
+        result[:, start : start + 9] = T[:, at : at + 3, at : at + 3].reshape(-1, 9)
+        if factors[number].group == "SE3":
+            result[:, start + 9 : start + 18] = T[:, at + 3 : at + 6, at : at + 3].reshape(-1, 9)
+    return result

@@ -1,0 +1,188 @@
+"""The linear algebra of a step as plain data for the templates: assembly, elimination and solution, unrolled or as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.integrators.elimination import Elimination, eliminate
+from eomgen.integrators.iteration_matrix import (
+    Packing,
+    Place,
+    Terms,
+    Unknowns,
+    evaluate_terms,
+    iteration_terms,
+    tangent_numbers,
+)
+from eomgen.integrators.samples import Samples
+from eomgen.lie import product
+from eomgen.lie.product import FactorLike
+
+#: Multiply-subtracts up to which an elimination is written out, statement by statement.
+UNROLLED = 4000
+#: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
+DENSE_FALLBACK = 120
+#: A loop over a whole matrix runs this many times faster per operation than one over tables.
+_DENSE_ADVANTAGE = 4.0
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Terms of the matrix, and the elimination, None where a dense one is cheaper."""
+
+    unknowns: Unknowns
+    packing: Packing
+    terms: Terms
+    elimination: Elimination | None
+
+    @property
+    def kind(self) -> str:
+        if self.elimination is None:
+            return "dense"
+        return "unrolled" if self.elimination.operations <= UNROLLED else "tables"
+
+    @property
+    def factor_operations(self) -> float:
+        """Multiplications of one assembly and factorization."""
+        work = self.unknowns.size**3 / 3 if self.elimination is None else self.elimination.operations
+        return float(self.terms.operations + work)
+
+    @property
+    def solve_operations(self) -> float:
+        return float(self.unknowns.size**2 if self.elimination is None else self.elimination.solve_operations)
+
+
+def make_solver(
+    unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float
+) -> Solver:
+    """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``)."""
+    terms = iteration_terms(unknowns, factors, samples.packing)
+    T = product.tangent(factors, step * samples.v)
+    start, count = samples.packing.blocks.get("B", (0, 0))
+    B = samples.numbers[:, start : start + count]
+    values = evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, T), B, weights)
+    elimination = eliminate(unknowns.size, values)
+    whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
+    loop_is_cheaper = elimination.operations > UNROLLED and whole
+    return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
+
+
+def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
+    """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
+    packing, terms = solver.packing, solver.terms
+    places = _ordered(terms.entries, solver.elimination)
+    data: dict[str, Any] = {
+        "kind": solver.kind,
+        "function": packing.function,
+        "numbers": packing.size,
+        "blocks": {name: list(block) for name, block in packing.blocks.items()},
+        "tangent_size": terms.tangent_size,
+        "tangents": [
+            {"group": factors[number].group.lower(), "v": factors[number].v_start, "size": factors[number].v_size, "start": start}
+            for number, start in terms.tangents
+        ],
+        "moved": [[list(pair) for pair in row] for row in terms.moved],
+        "places": [list(place) for place in places],
+        "entries": [
+            {
+                "linear": [list(term) for term in terms.linear.get(place, ())],
+                "products": [list(term) for term in terms.products.get(place, ())],
+            }
+            for place in places
+        ],
+        "fallback": solver.elimination is None or solver.unknowns.size <= DENSE_FALLBACK,
+        "B": [list(place) for place in packing.places["B"]],
+    }
+    if solver.kind == "tables":
+        data["entry_tables"] = _entry_tables(data)
+    if solver.elimination is not None:
+        data["elimination"] = _elimination_data(solver.elimination, places)
+    return data
+
+
+def _ordered(places: Iterable[Place], elimination: Elimination | None) -> list[Place]:
+    """Return the entries row by row in the order of elimination."""
+    if elimination is None:
+        return sorted(places)
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    return sorted(places, key=lambda place: (row_at[place[0]], column_at[place[1]]))
+
+
+def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict[str, Any]:
+    """Number the factors row by row: L, reciprocal pivot, U."""
+    start, diagonal, columns = [0], [], []
+    slots: list[dict[int, int]] = []
+    for position in range(elimination.size):
+        across = [*elimination.lower[position], position, *elimination.upper[position]]
+        diagonal.append(start[-1] + len(elimination.lower[position]))
+        slots.append({column: start[-1] + k for k, column in enumerate(across)})
+        columns += across
+        start.append(len(columns))
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    entry_columns = [column_at[column] for _, column in places]
+    entry_start = [0] * (elimination.size + 1)
+    for row, _ in places:
+        entry_start[row_at[row] + 1] += 1
+    entry_start = [int(x) for x in np.cumsum(entry_start)]
+    data: dict[str, Any] = {
+        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
+        "start": start, "diagonal": diagonal, "column": columns, "operations": elimination.operations,
+        "entry_start": entry_start, "entry_column": entry_columns,
+    }  # fmt: skip
+    if elimination.operations <= UNROLLED:
+        data["unrolled"] = [
+            {
+                "loads": [
+                    [slot, _entry(position, column, entry_start, entry_columns)] for column, slot in slots[position].items()
+                ],
+                "taken": [
+                    {
+                        "slot": slots[position][earlier],
+                        "pivot": diagonal[earlier],
+                        "updates": [[slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]],
+                    }
+                    for earlier in elimination.lower[position]
+                ],
+                "lower": [[slots[position][column], column] for column in elimination.lower[position]],
+                "upper": [[slots[position][column], column] for column in elimination.upper[position]],
+                "diagonal": diagonal[position],
+            }
+            for position in range(elimination.size)
+        ]
+    return data
+
+
+def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
+    """Return which entry of the matrix is at a place, -1 where elimination fills in."""
+    for entry in range(entry_start[position], entry_start[position + 1]):
+        if entry_columns[entry] == column:
+            return entry
+    return -1
+
+
+def _entry_tables(data: dict[str, Any]) -> dict[str, list[int]]:
+    """Return the terms as flat tables with starts."""
+
+    def flat(rows: Sequence[Sequence[Sequence[int]]], width: int) -> tuple[list[int], list[list[int]]]:
+        start, parts = [0], [[] for _ in range(width)]  # type: tuple[list[int], list[list[int]]]
+        for row in rows:
+            for term in row:
+                for part, value in zip(parts, term, strict=True):
+                    part.append(value)
+            start.append(len(parts[0]))
+        return start, parts
+
+    tables: dict[str, list[int]] = {}
+    tables["moved_start"], (tables["moved_number"], tables["moved_tangent"]) = flat(data["moved"], 2)
+    entries = data["entries"]
+    tables["linear_start"], (tables["linear_weight"], tables["linear_number"]) = flat([e["linear"] for e in entries], 2)
+    tables["product_start"], (tables["product_weight"], tables["product_number"], tables["product_B"]) = flat(
+        [e["products"] for e in entries], 3
+    )
+    return {name: table or [0] for name, table in tables.items()}
