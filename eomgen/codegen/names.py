@@ -37,6 +37,12 @@ def comment(text: str, limit: int = 200) -> str:
     return clean if len(clean) <= limit else clean[: limit - 3] + "..."
 
 
+def c_string(text: str) -> str:
+    """Return a string literal of C: letters, digits and underscores as they are; any other text in octal escapes throughout."""
+    plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None
+    return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
+
+
 def check_prefix(prefix: str) -> str:
     """Return the prefix of a model's symbols. Raises ModelError unless it is a free C identifier."""
     if not _IDENTIFIER.fullmatch(prefix):

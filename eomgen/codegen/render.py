@@ -15,7 +15,7 @@ import jinja2
 from eomgen.codegen.c_names import CNames
 from eomgen.codegen.files import FILE_LIMIT, plan_files
 from eomgen.codegen.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.names import comment
+from eomgen.codegen.names import c_string, comment
 from eomgen.codegen.printer import COUNTING, Printer, number
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.errors import FileError
@@ -46,6 +46,7 @@ def environment() -> jinja2.Environment:
         autoescape=False,
     )
     env.filters["comment"] = comment
+    env.filters["c_string"] = c_string
     env.filters["number"] = number
     env.filters["described"] = _described
     env.tests["contains"] = lambda container, item: item in container

@@ -1,0 +1,106 @@
+"""The program of an emitted folder: parameters and inputs by name, zero where the scene says nothing, as ``simulate`` does it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.names import c_string
+from eomgen.codegen.render import generate_files, write_folder
+from tests.codegen.hand_made import pendulum
+from tests.codegen.test_render import HOSTILE, STRICT, hostile
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+def cart(*, formula: bool = True) -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("cart").parameter("drag", 0.3, tunable=True, unit="N s/m")
+    builder.input("push", "2 * cos(3 * t)" if formula else None, unit="N").input("tilt")
+    builder.body("cart", 2.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 0.2})
+    return builder.effort("motor", "rail", "push - 3 * tilt - drag * v.rail").build()
+
+
+def compiled(folder: Path) -> Path:
+    sources = sorted(str(path) for path in folder.glob("*.c"))
+    command = [shutil.which("cc") or "gcc", *STRICT, *sources, "-o", str(folder / "program"), "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder / "program"
+
+
+def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(program), *words], check=False, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("formula", [True, False])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
+def test_program_runs_as_simulate_does(method: str, formula: bool, tmp_path: Path) -> None:
+    scene = cart(formula=formula)
+    eomgen.generate(scene, tmp_path / "c", method=method)
+    program = compiled(tmp_path / "c")
+    model = eomgen.build(scene, method=method, profile="reproducible")
+    for words, options in (
+        ((), {}),
+        (("tilt=0.25",), {"inputs": {"tilt": 0.25}}),
+        (("push=-1.5", "drag=0.9"), {"inputs": {"push": -1.5}, "parameters": {"drag": 0.9}}),
+    ):
+        result = run(program, "0.5", *words, "0.01", "50")
+        assert (result.returncode, result.stderr) == (0, "")
+        last = [float(text) for text in result.stdout.splitlines()[-1].split(",")]
+        solution = model.simulate(0.5, 0.01, method=method, **options)  # type: ignore[arg-type]
+        assert last[:4] == pytest.approx([0.5, solution.q[-1, 0], solution.v[-1, 0], solution.a[-1, 0]], rel=1e-12)
+
+
+def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
+    eomgen.generate(cart(), tmp_path / "c")
+    program = compiled(tmp_path / "c")
+    names = "there is no tunable parameter or input 'psh'; there are: drag push tilt"
+    for words, text in (
+        (["psh=1"], names),
+        (["push=fast"], "usage error: push: 'fast' is not a finite number"),
+        (["push="], "usage error: push: '' is not a finite number"),
+        (["drag=nan"], "usage error: drag: 'nan' is not a finite number"),
+        (["1", "1e-3", "1", "1"], "[name=value ...], numbers positive"),
+        (["-1"], "[name=value ...], numbers positive"),
+    ):
+        result = run(program, *words)
+        assert (result.returncode, result.stdout) == (2, "")
+        assert text in result.stderr
+
+
+def test_readme_says_how_to_change_parameters_and_inputs(tmp_path: Path) -> None:
+    eomgen.generate(cart(), tmp_path / "c")
+    text = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+    assert "    ./cart 2.0 1e-3 10 drag=0.3 push=0\n" in text
+    assert "Tunable parameters: `drag` (0.3 N s/m).\nInputs, in the order of `u`: `push` (N), `tilt`.\n" in text
+    assert "    p.p_drag = 0.3;\n" in text and "real u_table[2 * 2] = {0};" in text
+    assert "NULL in place of a table: the scene's formulas." in text
+    eomgen.generate(cart(formula=False), tmp_path / "c")
+    text = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+    assert "Those not held are zero: the scene has no formula for them." in text
+    assert "This scene has no formulas, so a table is needed." in text
+
+
+def test_program_without_stepper_takes_parameters(tmp_path: Path) -> None:
+    folder = write_folder(generate_files(to_program(pendulum())), tmp_path / "model")
+    program = compiled(folder)
+    plain, heavy = (run(program, *words).stdout.splitlines()[0].split(",") for words in ((), ("mass=6",)))
+    assert plain[0] == heavy[0] == "mass.M"
+    assert [float(x) for x in heavy[1:]] == pytest.approx([3.0 * float(x) for x in plain[1:]], rel=1e-12)
+    refused = run(program, "3")
+    assert refused.returncode == 2 and refused.stderr.startswith("usage: ")
+
+
+def test_names_in_literals_are_escaped_and_still_found(tmp_path: Path) -> None:
+    assert c_string("arm_2") == '"arm_2"' and c_string('a"é') == '"\\141\\042\\303\\251"'
+    program = compiled(write_folder(generate_files(to_program(hostile())), tmp_path / "model"))
+    for k, name in enumerate(HOSTILE):
+        values = run(program, f"{name}=100").stdout.strip().split(",")
+        before = run(program).stdout.strip().split(",")
+        changed = [place for place, (one, other) in enumerate(zip(values, before, strict=True)) if one != other]
+        assert changed == [k + 1]
