@@ -51,9 +51,11 @@ def derive(scene: Scene | str | Path, terms: Sequence[str] | None = None) -> Sys
     ------
     ModelError
     """
+    from eomgen.assembly import ready  # noqa: PLC0415
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
 
-    return mechanics.derive(as_scene(scene), terms)
+    described = as_scene(scene)
+    return ready(lambda without_rows: mechanics.derive(described, terms, without_rows))
 
 
 def generate(

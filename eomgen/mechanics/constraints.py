@@ -29,8 +29,15 @@ class Rows:
     velocity_names: list[str] = field(default_factory=list)
     velocity: list[Scalar] = field(default_factory=list)
 
-    def __bool__(self) -> bool:
-        return bool(self.holonomic or self.velocity)
+    def without(self, numbers: Sequence[int]) -> Rows:
+        """Return the rows but those of the given numbers."""
+        left_out, first = set(numbers), len(self.holonomic)
+        at_position = [k for k in range(first) if k not in left_out]
+        at_velocity = [k for k in range(len(self.velocity)) if first + k not in left_out]
+        return Rows(
+            [self.names[k] for k in at_position], [self.holonomic[k] for k in at_position],
+            [self.velocity_names[k] for k in at_velocity], [self.velocity[k] for k in at_velocity],
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,9 @@ LONG_TREE = 20_000
 class Derivation:
     """Trees, loads and constraints of one scene on one tape; each method named as a term returns its blocks."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, without_rows: Sequence[int] = ()) -> None:
         self.scene = scene
+        self.without_rows = without_rows
         self.tape = Tape()
         self.algebra = Algebra(self.tape)
         self.absolute = scene.coordinates == "absolute"
@@ -67,7 +68,7 @@ class Derivation:
             items = [found for joint in self.scene.joints if (found := joint_constraint(joint)) is not None] + items
         if not items:
             return None
-        rows = constraint_rows(self.quantities, items)
+        rows = constraint_rows(self.quantities, items).without(self.without_rows)
         return ConstraintCalculus(self.algebra, [link.factor for link in self.tree.links], rows, moving_base)
 
     def _constant(self, formula: Formula) -> Scalar:

@@ -52,20 +52,22 @@ OF_CONSTRAINTS = frozenset(
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
-def derive(scene: Scene, terms: Sequence[str] | None = None) -> System:
+def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
     """Derive the separated equations of motion of a scene.
 
     Parameters
     ----------
     terms : sequence of str, optional
         Names from ``TERMS``; the scene's own list, or all that the scene can use, when omitted.
+    without_rows : sequence of int
+        Constraint rows to leave out, because they follow from others.
 
     Raises
     ------
     ModelError
         For an unknown term, or one that the scene cannot have.
     """
-    derivation = Derivation(scene)
+    derivation = Derivation(scene, without_rows)
     return _assembled(derivation, _chosen(derivation, terms))
 
 
