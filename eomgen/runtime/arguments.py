@@ -63,19 +63,25 @@ def check_quaternions(name: str, q: Array, factors: Sequence[FactorLike], tolera
             raise UsageError(Problem(where, what, "it divided by its length"))
 
 
-def check_name(what: str, name: object, known: Sequence[str]) -> None:
-    """Raise UsageError with the nearest names for a name that is not known."""
+def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
+    """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is ``fixed``."""
+    if name in fixed and name not in known:
+        problem = f"the {what} {name} exists, but its value is fixed in the code"
+        raise UsageError(Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"))
     if name not in known:
         hint = nearest(str(name), known) if known else f"a tunable {what} in the scene" if what == "parameter" else ""
         none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
         raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
 
 
-def by_name(what: str, values: Mapping[str, Any], names: Sequence[str], start: Array) -> Array:
-    """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast."""
+def by_name(what: str, values: Mapping[str, Any], names: Sequence[str], start: Array, fixed: Sequence[str] = ()) -> Array:
+    """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast.
+
+    ``fixed`` are names that exist but cannot be given.
+    """
     given: dict[int, Array] = {}
     for name, value in values.items():
-        check_name(what, name, names)
+        check_name(what, name, names, fixed)
         given[names.index(name)] = numbers(f"{what} {name}", value)
     shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
     result = np.array(np.broadcast_to(start, (*shape, len(names))))

@@ -77,6 +77,46 @@ def indefinite_mass(model: Model, q: Array, p: Array) -> str:
     )
 
 
+#: Share of the energies at work beyond which the balance of energy of a run is grossly wrong.
+GROSS = 0.1
+
+
+def doubts(statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float) -> str:
+    """Return what speaks against a run that reached its end, with what to try; empty when nothing does."""
+    found = []
+    halvings = int(statistics.get("halvings", 0))
+    if halvings:
+        found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
+    share = energy_error(t, energy)
+    if share > GROSS:
+        found.append(f"the energy is out of balance by {100.0 * share:.3g} % of the energies at work")
+    return f"{', and '.join(found)}; try: a step smaller than {step:.3g} s" if found else ""
+
+
+def energy_error(t: Array, energy: Mapping[str, Array]) -> float:
+    """Return the largest violation of d(total)/dt = power + base power over a run, as a share of the energies that move.
+
+    0 where rows too far apart, or missing energies, leave it open.
+    """
+    if len(t) < 5 or not all(name in energy and np.all(np.isfinite(energy[name])) for name in ("total", "power", "base_power")):
+        return 0.0
+    rate = energy["power"] + energy["base_power"]
+    work, coarse = _integral(t, rate), _integral(t[::2], rate[::2])
+    swing = np.ptp(energy["potential"]) + np.max(energy["kinetic"]) + np.max(np.abs(work))
+    floor = 1e-9 * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
+    error = np.max(np.abs(energy["total"] - energy["total"][0] - work))
+    if swing <= floor or error <= 4.0 * np.max(np.abs(coarse - work[::2])):
+        return 0.0
+    return float(error / swing)
+
+
+def _integral(t: Array, rate: Array) -> Array:
+    """Return the integral of a rate from the first time on, by the trapezoidal rule."""
+    pieces: Array = np.append(0.0, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]))
+    total: Array = np.cumsum(pieces)
+    return total
+
+
 def advice(status_text: str, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
     smaller = f"a step smaller than {settings['step']:.3g} s"

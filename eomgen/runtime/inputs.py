@@ -58,8 +58,12 @@ def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], st
     Raises
     ------
     UsageError
-        Unknown names; arrays that do not fit the step grid; values that are not finite.
+        Anything but a mapping; unknown names; arrays that do not fit the step grid; values that are not finite.
     """
+    if inputs is not None and not isinstance(inputs, Mapping):
+        given = "a function" if callable(inputs) else type(inputs).__name__
+        hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
+        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given}", hint))
     read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
         check_name("input", name, names)

@@ -54,7 +54,7 @@ class Model:
         self.scene = scene
         self.library = library
         self.stepper = stepper
-        self._terms = Terms(library)
+        self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, scene.joints)

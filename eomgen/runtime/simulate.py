@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.specification import default_settings
-from eomgen.runtime.diagnosis import advice, first_non_finite, indefinite_mass
+from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
 from eomgen.runtime.methods import canonical_name, terms_of
@@ -110,10 +110,13 @@ def simulate(
     statistics = stepper.statistics if not (status and not run.steps) else {}
     t, q, v, a = _split(run.rows, model)
     outputs, energy = _evaluate(model, t, q, v, a, signals if driven else None, p)
+    success = run.status == 0 and not run.interrupted and run.failure is None
+    if success and (doubt := doubts(statistics, t, energy, step)):
+        message = f"{message}; {doubt}"
     return Solution(
         t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=np.zeros((len(t), 0)),
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
-        success=run.status == 0 and not run.interrupted and run.failure is None, interrupted=run.interrupted,
+        success=success, interrupted=run.interrupted,
         metadata=_metadata(model, name, chosen, p, every, start, end),
     )  # fmt: skip
 

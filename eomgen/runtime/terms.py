@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,13 +25,16 @@ class Terms:
     Parameters
     ----------
     library : Library
+    fixed_parameters : sequence of str
+        Those that the scene has besides the tunable ones, for messages.
     """
 
-    def __init__(self, library: Library) -> None:
+    def __init__(self, library: Library, fixed_parameters: Sequence[str] = ()) -> None:
         layout: Mapping[str, Any] = library.layout
         self.functions = Functions(library)
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
         self.moving_base = bool(layout["facts"]["moving_base"])
+        self.fixed_parameters = tuple(fixed_parameters)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
         self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
         self._defaults = np.array([item["value"] for item in layout["parameters"]], dtype=float)
@@ -42,7 +45,7 @@ class Terms:
         if parameters is None:
             return self._defaults
         if isinstance(parameters, Mapping):
-            array = by_name("parameter", parameters, self.parameter_names, self._defaults)
+            array = by_name("parameter", parameters, self.parameter_names, self._defaults, self.fixed_parameters)
         else:
             array = components("parameters", parameters, len(self.parameter_names))
         check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])
