@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
-from eomgen.scene.scene import Scene
+from eomgen.scene.names import nearest, shown
+from eomgen.scene.scene import TERMS, Scene
 
 if TYPE_CHECKING:
     from eomgen.build.library import Library
@@ -17,8 +18,18 @@ if TYPE_CHECKING:
     from eomgen.runtime.model import Model
     from eomgen.system import System
 
+#: A scene, the path of one, or nested data as a scene file holds them.
+Described = Scene | str | Path | Mapping[str, Any]
 
-def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()) -> Scene:
+
+def load(
+    path: str | Path,
+    *,
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    coordinates: Literal["joint", "absolute"] | None = None,
+) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file.
 
     Parameters
@@ -29,6 +40,8 @@ def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: S
         For URDF: whether the root link is ``fixed`` to the base or ``free``.
     lock : sequence of str
         For URDF: moving joints to be fixed at zero.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
 
     Raises
     ------
@@ -36,10 +49,10 @@ def load(path: str | Path, *, strict: bool = False, root: str = "fixed", lock: S
     """
     from eomgen.scene import reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
-    return reader.load(path, strict=strict, root=root, lock=lock)
+    return reader.load(path, strict=strict, root=root, lock=lock, coordinates=coordinates)
 
 
-def derive(scene: Scene | str | Path, terms: Sequence[str] | None = None) -> System:
+def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     """Derive the symbolic System of a scene in separated form.
 
     Parameters
@@ -49,8 +62,9 @@ def derive(scene: Scene | str | Path, terms: Sequence[str] | None = None) -> Sys
 
     Raises
     ------
-    ModelError
+    UsageError, ModelError
     """
+    _check_terms(terms)
     from eomgen.assembly import ready  # noqa: PLC0415
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
 
@@ -58,9 +72,7 @@ def derive(scene: Scene | str | Path, terms: Sequence[str] | None = None) -> Sys
     return ready(lambda without_rows: mechanics.derive(described, terms, without_rows))
 
 
-def generate(
-    scene: Scene | str | Path, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None
-) -> list[Path]:
+def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
     Parameters
@@ -83,7 +95,7 @@ def generate(
 
 
 def build(
-    scene: Scene | str | Path,
+    scene: Described,
     terms: Sequence[str] | None = None,
     *,
     method: str | None = None,
@@ -94,7 +106,8 @@ def build(
 
     Parameters
     ----------
-    scene : Scene or path
+    scene : Scene, path, or mapping
+        A mapping holds what a scene file holds: ``{"format": 1, "name": ..., "bodies": {...}, ...}``.
     terms : sequence of str, optional
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
@@ -106,8 +119,9 @@ def build(
 
     Raises
     ------
-    DescriptionError, ModelError, ToolchainError, FileError
+    UsageError, DescriptionError, ModelError, ToolchainError, FileError
     """
+    _check_terms(terms)
     from eomgen.runtime.methods import terms_of  # noqa: PLC0415
     from eomgen.runtime.model import Model  # noqa: PLC0415
 
@@ -118,9 +132,29 @@ def build(
     return Model(scene, library, lambda other: _library(scene, terms_of(other), other, profile, real))
 
 
-def as_scene(scene: Scene | str | Path) -> Scene:
-    """Return a scene as it is, or read it from a path."""
-    return scene if isinstance(scene, Scene) else load(scene)
+def as_scene(scene: Described) -> Scene:
+    """Return a scene as it is, read from a path, or made of nested data."""
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, str | Path):
+        return load(scene)
+    if isinstance(scene, Mapping):
+        from eomgen.scene.assemble import from_data  # noqa: PLC0415  # pydantic comes with it
+
+        return from_data(scene)
+    hint = "eomgen.load, SceneBuilder(...).build(), or a path"
+    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {type(scene).__name__}", hint)
+
+
+def _check_terms(terms: Sequence[str] | None) -> None:
+    """Raise UsageError for terms that there are not."""
+    if isinstance(terms, str):
+        raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f'terms=["{terms[:64]}"]')
+    unknown = [name for name in terms or () if name not in TERMS]
+    if unknown:
+        every = ", ".join(shown(name) for name in unknown)
+        hint = " and ".join(dict.fromkeys(nearest(str(name), TERMS) for name in unknown[:3]))
+        raise UsageError(f"no term is called {every}", hint)
 
 
 def _method_name(scene: Scene, method: str | None) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import click
 
 from eomgen.cli.options import debug_option, folder_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import print_json, say
+from eomgen.cli.printing import counted, print_json, say
 
 
 @click.command()
@@ -20,6 +22,7 @@ def generate(
     strict: bool,
     root: str,
     lock: tuple[str, ...],
+    coordinates: Literal["joint", "absolute"] | None,
     folder: str,
     terms: list[str] | None,
     method: str | None,
@@ -28,10 +31,11 @@ def generate(
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
     from eomgen import pipeline  # noqa: PLC0415  # SymPy comes with it
 
-    files = pipeline.generate(pipeline.load(scene, strict=strict, root=root, lock=lock), folder, terms, method)
+    described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
+    files = pipeline.generate(described, folder, terms, method)
     if as_json:
         print_json([str(file) for file in files])
     else:
         for file in files:
             click.echo(str(file))
-    say(f"{len(files)} files; README.md there says how to compile them")
+    say(f"{counted(len(files), 'file')}; README.md there says how to compile them")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, print_json, print_table
+from eomgen.cli.printing import console, counted, print_json, print_table
 
 if TYPE_CHECKING:
     from eomgen.system import System
@@ -19,12 +19,20 @@ if TYPE_CHECKING:
 @terms_option
 @json_option
 @debug_option
-def info(scene: str, strict: bool, root: str, lock: tuple[str, ...], terms: list[str] | None, as_json: bool) -> None:
+def info(
+    scene: str,
+    strict: bool,
+    root: str,
+    lock: tuple[str, ...],
+    coordinates: Literal["joint", "absolute"] | None,
+    terms: list[str] | None,
+    as_json: bool,
+) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline import derive, load  # noqa: PLC0415
 
-    described_scene = load(scene, strict=strict, root=root, lock=lock)
+    described_scene = load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
     data = described(derive(described_scene, terms))
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
@@ -40,6 +48,8 @@ def described(system: System) -> dict[str, Any]:
         "scene": system.name,
         "description": system.description,
         "sizes": {"nq": system.nq, "nv": system.nv, "nu": system.nu, "nz": system.nz, "bodies": len(system.bodies)},
+        "degrees_of_freedom": system.nv - len(system.multipliers),
+        "constraints": list(system.multipliers),
         "groups": [
             {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size} for factor in system.factors
         ],
@@ -60,7 +70,13 @@ def described(system: System) -> dict[str, Any]:
 def _print(data: dict[str, Any]) -> None:
     sizes = data["sizes"]
     out = console()
-    out.print(f"[bold]{data['scene']}[/]: {sizes['nv']} degrees of freedom, {sizes['bodies']} bodies, {sizes['nu']} inputs")
+    rest = f"{counted(sizes['bodies'], 'body', 'bodies')}, {counted(sizes['nu'], 'input')}"
+    freedom = counted(data["degrees_of_freedom"], "degree of freedom", "degrees of freedom")
+    rows = data["constraints"]
+    if rows:
+        freedom = f"{counted(sizes['nv'], 'velocity', 'velocities')}, {counted(len(rows), 'constraint row')}, {freedom}"
+        rest = f"if the rows are independent; {rest}"
+    out.print(f"[bold]{data['scene']}[/]: {freedom}{' ' if rows else ', '}{rest}")
     if data["description"]:
         out.print(data["description"], markup=False)
     groups: dict[str, list[str]] = {}
@@ -73,13 +89,16 @@ def _print(data: dict[str, Any]) -> None:
         [(g, len(names), ", ".join(names)) for g, names in groups.items()],
         numeric=(1,),
     )
+    if rows:
+        out.print()
+        print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(rows), numeric=(1,))
     if data["parameters"]:
         out.print()
         print_table(
             "Tunable parameters", ("name", "value"), [(name, f"{value:.9g}") for name, value in data["parameters"].items()]
         )
     out.print()
-    rows = [
+    operations = [
         (
             name,
             *(item["counts"][key] for key in ("additions", "multiplications", "divisions", "functions", "selections", "flops")),
@@ -87,7 +106,7 @@ def _print(data: dict[str, Any]) -> None:
         for name, item in data["functions"].items()
     ]
     header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
-    print_table("Exact operation counts", header, rows, numeric=tuple(range(1, 7)))
+    print_table("Exact operation counts", header, operations, numeric=tuple(range(1, 7)))
     out.print()
     print_table(
         "What simplification saves",
@@ -101,3 +120,12 @@ def _print(data: dict[str, Any]) -> None:
             out.print(f"[italic]{title}[/]")
             for line in data[key]:
                 out.print(f"  {line}", markup=False)
+
+
+def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:
+    """Return each constraint with the number and the meanings of its rows, which are named ``constraint: meaning``."""
+    groups: dict[str, list[str]] = {}
+    for row in rows:
+        name, _, meaning = row.partition(": ")
+        groups.setdefault(name, []).append(meaning)
+    return [(name, len(meanings), ", ".join(meanings)) for name, meanings in groups.items()]

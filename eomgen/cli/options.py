@@ -26,6 +26,12 @@ def scene_options(command: Command) -> Command:
             show_default=True,
             help="URDF: how the root link is held.",
         ),
+        click.option(
+            "--coordinates",
+            type=click.Choice(["joint", "absolute"]),
+            default=None,
+            help="Joint or absolute coordinates; the scene's by default.",
+        ),
         click.option("--strict", is_flag=True, help="Refuse what an importer would leave out with a note."),
         click.argument("scene", metavar="SCENE"),
     ):

@@ -52,6 +52,11 @@ def finite(data: Any) -> Any:
     return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
+def counted(count: int, singular: str, plural: str = "") -> str:
+    """Return a count with its noun: ``1 body``, ``2 bodies``."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
 def say(text: str) -> None:
     """Print a line of talk to stderr."""
     click.echo(text, err=True)

@@ -6,12 +6,12 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from eomgen.cli.options import assignments, debug_option, folder_option, json_option, scene_options
-from eomgen.cli.printing import console, finite, print_json, print_table, say
+from eomgen.cli.printing import console, counted, finite, print_json, print_table, say
 from eomgen.errors import NumericalError
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def simulate(
     strict: bool,
     root: str,
     lock: tuple[str, ...],
+    coordinates: Literal["joint", "absolute"] | None,
     folder: str,
     t_end: float | None,
     step: float | None,
@@ -58,7 +59,7 @@ def simulate(
     from eomgen.runtime.files import make_folder  # noqa: PLC0415
 
     chosen, constants = assignments("--set", parameters), assignments("--input", inputs)
-    described = pipeline.load(scene, strict=strict, root=root, lock=lock)
+    described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
     target = make_folder(Path(folder))
     with console(stderr=True).status(f"building {described.name}") if sys.stderr.isatty() else contextlib.nullcontext():
         model = pipeline.build(described, method=method)
@@ -78,7 +79,7 @@ def simulate(
     if as_json:
         print_json(summary)
     else:
-        _print(solution, model)
+        _print(solution, model, constants)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return 0 if solution.success else _INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
@@ -129,13 +130,19 @@ def _summary(solution: Solution, model: Model, files: list[Path]) -> dict[str, A
     return {**_outcome(solution, files), "folder": str(files[0].parent), "final": final, "degrees_of_freedom": model.nv}
 
 
-def _print(solution: Solution, model: Model) -> None:
+def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
     if "rho_inf" in settings:
         method += f", rho_inf {settings['rho_inf']:.3g}"
-    rows: list[tuple[str, str]] = [("method", method), ("end", f"t = {solution.t[-1]:.9g} s, {len(solution.t)} rows")]
+    end = f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"
+    rows: list[tuple[str, str]] = [("method", method), ("end", end)]
+    units = {item.name: item.unit for item in model.scene.parameters} | {item.name: item.unit for item in model.scene.inputs}
+    for name, value in solution.metadata["parameters"].items():
+        if value != model.parameters[name]:
+            rows.append((f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}"))
+    rows += [(f"input {name}", f"{_with_unit(value, units[name])}, constant") for name, value in inputs.items()]
     for key, label in (
         ("steps", "steps"),
         ("newton_iterations", "Newton iterations"),
@@ -148,9 +155,12 @@ def _print(solution: Solution, model: Model) -> None:
     total = solution.energy.get("total")
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))
-    units = solution.metadata["units"]
-    for name, unit, value in list(zip(model.q_names, units["q"], solution.q[-1], strict=True))[:12]:
-        rows.append((f"{name} at the end", f"{value:.9g}{'' if unit in ('', '1') else ' ' + unit}"))
+    for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[:12]:
+        rows.append((f"{name} at the end", _with_unit(value, unit)))
     if model.nq > 12:
         rows.append(("...", f"{model.nq - 12} more in solution.csv"))
     print_table(model.name, ("", ""), rows)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.9g}{'' if unit in ('', '1') else ' ' + unit}"

@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.runtime.scenes import PENDULUM_TOML, SHAKE
 
 ROOT = Path(eomgen.__file__).parents[1]
 
@@ -54,7 +54,8 @@ def _run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str
 
 
 def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = ["--out", str(tmp_path / "out")]
+    out, fixed = ["--out", str(tmp_path / "out")], tmp_path / "fixed.toml"
+    fixed.write_text(PENDULUM_TOML.replace(f'{SHAKE}, unit = "m", tunable = true', str(SHAKE)), encoding="utf-8")
     for words, text in (
         (["simulat"], "No such command 'simulat'"),
         (["simulate", str(scene_file)], "Missing option '--out'"),
@@ -62,6 +63,7 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
         (["simulate", str(scene_file), *out, "--set", "length"], "usage error: --set length: a name and a number are needed"),
         (["simulate", str(scene_file), *out, "--set", "length=long"], "usage error: --set length=long: 'long' is not a number"),
         (["simulate", str(scene_file), *out, "--set", "lenght=1"], "usage error: there is no parameter 'lenght'; try: length"),
+        (["simulate", str(fixed), *out, "--set", "shake=1"], "usage error: the parameter shake exists, but its value is fixed"),
         (["simulate", str(scene_file), *out, "--set", "length=nan"], "usage error: parameters: parameter length is nan"),
         (["simulate", str(scene_file), *out, "--method", "rk5"], "usage error: method: there is no method 'rk5'; try: rk4"),
         (["simulate", str(scene_file), *out, "--step", "-1"], "usage error: step: the step must be positive, not -1"),
@@ -80,10 +82,17 @@ def test_description(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert message.startswith("description error: ") and "bodies.link.mas" in message and "scene.toml:" in message
 
 
-def test_model(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, message = _run(["info", str(scene_file), "--terms", "mass,forces"], capsys)
+def test_terms_that_there_are_not(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, message = _run(["info", str(scene_file), "--terms", "mass,forces,mas"], capsys)
+    assert (code, printed) == (2, "")
+    assert message == "usage error: no term is called 'forces', 'mas'; try: force and mass\n"
+
+
+def test_model(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--coordinates", "absolute", "--method", "rk4", "--out", str(tmp_path / "out")]
+    code, printed, message = _run(["simulate", str(scene_file), *words], capsys)
     assert (code, printed) == (4, "")
-    assert message.startswith("model error: no term is called 'forces'; try: one of mass, ")
+    assert message.startswith("model error: rk4 cannot run on this scene: ")
 
 
 def test_toolchain(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

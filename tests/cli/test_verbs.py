@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -38,7 +39,7 @@ def test_help_lists_every_verb_and_each_has_its_own(capsys: pytest.CaptureFixtur
 def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out
-    assert "shaken: 1 degrees of freedom, 1 bodies, 1 inputs" in table
+    assert "shaken: 1 degree of freedom, 1 body, 1 input\n" in table
     assert "Exact operation counts" in table and "forward_dynamics" in table and "rotation of the base" in table
     assert main(["info", str(scene_file), "--json", "--terms", "mass"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -49,11 +50,26 @@ def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFix
     assert "forward_dynamics" not in data["functions"]
 
 
+def test_info_of_constrained_scenes_counts_rows(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(scene_file), "--coordinates", "absolute"]) == 0
+    table = capsys.readouterr().out
+    head = "shaken: 6 velocities, 5 constraint rows, 1 degree of freedom if the rows are independent; 1 body, 1 input\n"
+    assert head in table
+    names = eomgen.derive(eomgen.load(scene_file, coordinates="absolute"), terms=["constraint_jacobian"]).multipliers
+    assert len(names) == 5 and names[0] == "hinge: origins meet along x"
+    assert re.search(r"\nhinge +5 +origins meet along x, .*stays perpendicular to x", table)
+    assert main(["info", str(scene_file), "--coordinates", "absolute", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["degrees_of_freedom"] == 1 and data["constraints"] == list(names)
+
+
 def test_simulate_writes_everything_and_says_where(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     words = ["simulate", str(scene_file), "--out", str(out), "--t-end", "0.5", "--step", "0.002", "--rho-inf", "0.9"]
     assert main([*words, "--set", "length=0.7", "--input", "torque=0.1", "--record-every", "5"]) == 0
     captured = capsys.readouterr()
+    assert re.search(r"parameter length +0\.7 m, in the scene 0\.5 *\n", captured.out) and "parameter shake" not in captured.out
+    assert re.search(r"input torque +0\.1 N m, constant *\n", captured.out)
     assert "q.hinge at the end" in captured.out and "reached t = 0.5 s in 250 steps" in captured.err
     assert str(out) in captured.err and str(out) not in captured.out
     names = {"solution.npz", "solution.csv", "summary.json", "coordinates.png", "velocities.png", "outputs.png", "energy.png"}
