@@ -16,6 +16,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from eomgen.errors import FileError, Problem
+
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
 _META = "entry.json"
@@ -36,10 +38,14 @@ class Entry:
 
 
 def default_folder(environ: Mapping[str, str] | None = None) -> Path:
-    """Return ``EOMGEN_CACHE``, else the user's cache folder."""
+    """Return ``EOMGEN_CACHE``, else the user's cache folder. Raises FileError for a ``~user`` that there is not."""
     chosen = (os.environ if environ is None else environ).get("EOMGEN_CACHE")
     if chosen:
-        return Path(chosen).expanduser()
+        try:
+            return Path(chosen).expanduser()
+        except RuntimeError as error:
+            what = f"the folder {chosen!r} cannot be found: {error}"
+            raise FileError(Problem("environment variable EOMGEN_CACHE", what, "a full path")) from None
     import platformdirs  # noqa: PLC0415  # not needed where the folder is given
 
     return Path(platformdirs.user_cache_dir("eomgen"))
@@ -58,7 +64,7 @@ class Cache:
 
     def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
         self.limit = limit
-        self.folder = default_folder() if folder is None else Path(folder)
+        self.folder = (default_folder() if folder is None else Path(folder)).absolute()  # compilers run in other folders
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=self.folder):
@@ -98,16 +104,21 @@ class Cache:
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
         """Let ``build`` fill a private folder, keep it as the entry of the key, and return it.
 
-        The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through.
+        The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of a
+        full disk for one, becomes FileError.
         """
-        private = Path(tempfile.mkdtemp(prefix="tmp-", dir=self.folder))
         try:
-            build(private)
-        except BaseException:
-            self._keep_failed(private, key)
-            raise
-        sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
-        (private / _META).write_text(json.dumps({"files": sums}, indent=1), encoding="utf-8")
+            private = Path(tempfile.mkdtemp(prefix="tmp-", dir=self.folder))
+            try:
+                build(private)
+                sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
+                (private / _META).write_text(json.dumps({"files": sums}, indent=1), encoding="utf-8")
+            except BaseException:
+                self._keep_failed(private, key)
+                raise
+        except OSError as error:
+            what = f"a compiled model cannot be kept: {error.strerror or error}"
+            raise FileError(Problem(f"cache {self.folder}", what, "space there, or EOMGEN_CACHE=<another folder>")) from error
         target = self.folder / key
         try:
             private.rename(target)

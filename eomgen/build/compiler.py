@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import platform
@@ -10,8 +11,9 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -85,7 +87,11 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
     """
     environ = os.environ if environ is None else environ
     path = environ.get("PATH", "")
-    chosen = shlex.split(environ.get("CC", ""))
+    try:
+        chosen = shlex.split(environ.get("CC", ""))
+    except ValueError as error:
+        where = "environment variable CC"
+        raise ToolchainError(Problem(where, f"{environ['CC']!r} cannot be read: {error}", "CC=gcc")) from None
     if chosen:
         found = shutil.which(chosen[0], path=path)
         if found is None:
@@ -147,18 +153,53 @@ def compile_library(
         With the command, its exit status, its last lines, and where the sources are.
     """
     deadline = time.monotonic() + timeout
-    with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
-        done = list(pool.map(lambda source: compile_object(compiler, source, flags, deadline), sources))
+    running = _Running()
+    with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool, running.stopped_on_failure():
+        done = list(pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), sources))
     link = [*compiler.command, *_link_flags(), *(str(made) for made, _ in done), *map(str, objects), "-o", str(output), "-lm"]
-    _run(link, output.parent, deadline)
+    _run(link, output, deadline)
     return [*(command for _, command in done), shlex.join(link)]
 
 
-def compile_object(compiler: Compiler, source: Path, flags: Sequence[str], deadline: float | None = None) -> tuple[Path, str]:
+class _Running:
+    """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for those of the workers."""
+
+    def __init__(self) -> None:
+        self._processes: set[subprocess.Popen[str]] = set()
+        self._lock = threading.Lock()
+        self._stopped = False
+
+    @contextlib.contextmanager
+    def stopped_on_failure(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:
+            with self._lock:
+                self._stopped = True
+                for process in self._processes:
+                    process.kill()
+            raise
+
+    @contextlib.contextmanager
+    def watched(self, process: subprocess.Popen[str]) -> Iterator[None]:
+        with self._lock:
+            self._processes.add(process)
+            if self._stopped:
+                process.kill()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._processes.discard(process)
+
+
+def compile_object(
+    compiler: Compiler, source: Path, flags: Sequence[str], deadline: float | None = None, running: _Running | None = None
+) -> tuple[Path, str]:
     """Compile one file to an object beside it; return the object and the command."""
     made = source.with_suffix(".o")
     command = [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(made)]
-    _run(command, source.parent, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline)
+    _run(command, made, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline, running)
     return made, shlex.join(command)
 
 
@@ -173,18 +214,18 @@ def library_suffix() -> str:
     return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
 
 
-def _run(command: Sequence[str], folder: Path, deadline: float) -> None:
-    where = f"C compiler, sources kept in {folder}"
+def _run(command: Sequence[str], made: Path, deadline: float, running: _Running | None = None) -> None:
+    where = f"C compiler, sources kept in {made.parent}"
     try:
-        result = subprocess.run(
-            list(command),
-            cwd=folder,
-            capture_output=True,
-            text=True,
+        with subprocess.Popen(
+            list(command), cwd=made.parent, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             errors="replace",
-            check=False,
-            timeout=max(0.1, deadline - time.monotonic()),
-        )
+        ) as process, (running or _Running()).watched(process):  # fmt: skip
+            try:
+                output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
+            except BaseException:
+                process.kill()
+                raise
     except subprocess.TimeoutExpired as error:
         raise ToolchainError(
             Problem(
@@ -193,12 +234,15 @@ def _run(command: Sequence[str], folder: Path, deadline: float) -> None:
         ) from error
     except OSError as error:
         raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error
-    if result.returncode != 0:
-        said = "\n".join((result.stderr or result.stdout).splitlines()[-20:]) or "(it said nothing)"
+    said = "\n".join((complaints or output).splitlines()[-20:]) or "(it said nothing)"
+    if process.returncode == 0 and not made.is_file():
+        what = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{said}\n"
+        raise ToolchainError(Problem(where, what, "another compiler with CC=..."))
+    if process.returncode != 0:
         raise ToolchainError(
             Problem(
                 where,
-                f"{shlex.join(command)} ended with status {result.returncode} and said:\n{said}\n",
+                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{said}\n",
                 "eomgen doctor; if the compiler is sound, report this with the folder",
             )
         )

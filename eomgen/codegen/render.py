@@ -182,20 +182,24 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
         The folder holds something that eomgen did not write, or cannot be written.
     """
     target = Path(folder)
+    temporary: Path | None = None
     try:
         old = _earlier_files(target)
         target.mkdir(parents=True, exist_ok=True)
-        for name, text in files.items():
+        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):  # first, so that a broken folder is ours
             with tempfile.NamedTemporaryFile(
                 "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
             ) as stream:
+                temporary = Path(stream.name)
                 stream.write(text)
-            Path(stream.name).chmod(0o666 & ~_umask())
-            os.replace(stream.name, target / name)  # noqa: PTH105  # atomic on every platform
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(target / name)
         for name in old - set(files):
             (target / name).unlink(missing_ok=True)
     except OSError as error:
-        raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder with --output") from error
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
     return target
 
 

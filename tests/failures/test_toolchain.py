@@ -1,0 +1,111 @@
+"""Broken compilers, caches and disks: which of them, and what to try."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.build.cache import Cache, default_folder
+from eomgen.build.compiler import Compiler, compile_object, find_compiler
+from eomgen.codegen.render import write_folder
+from tests.runtime.scenes import PENDULUM_TOML
+
+ROOT = Path(eomgen.__file__).parents[1]
+
+
+def script(file: Path, text: str) -> Path:
+    file.write_text(f"#!/bin/sh\n{text}\n")
+    file.chmod(0o755)
+    return file
+
+
+def test_a_command_of_cc_that_cannot_be_split_is_shown() -> None:
+    with pytest.raises(eomgen.ToolchainError) as caught:
+        find_compiler({"PATH": os.environ["PATH"], "CC": "gcc 'x"})
+    assert str(caught.value) == (
+        'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc'
+    )
+
+
+def test_a_compiler_that_only_says_it_worked_is_caught(tmp_path: Path) -> None:
+    source = tmp_path / "probe.c"
+    source.write_text("int probe;\n")
+    idle = script(tmp_path / "idle", "echo nothing to do")
+    with pytest.raises(eomgen.ToolchainError, match=r"reported success but wrote no probe\.o, and said:\nnothing to do"):
+        compile_object(Compiler((str(idle),), idle), source, ())
+
+
+def test_a_relative_cache_is_a_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EOMGEN_CACHE", "here")
+    scene = tmp_path / "shaken.toml"
+    scene.write_text(PENDULUM_TOML)
+    assert eomgen.build(scene, terms=["mass"], profile="quick").mass([0.0]).shape == (1, 1)
+    assert list((tmp_path / "here").glob("*/model*"))
+
+
+def test_a_cache_of_nobody_is_named() -> None:
+    with pytest.raises(eomgen.FileError, match="environment variable EOMGEN_CACHE: the folder '~no_such_user/x' cannot be found"):
+        default_folder({"EOMGEN_CACHE": "~no_such_user/x"})
+
+
+def test_a_full_disk_under_the_cache_is_named(tmp_path: Path) -> None:
+    def fill(folder: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with pytest.raises(eomgen.FileError) as caught:
+        Cache(tmp_path).put("key", fill)
+    assert str(caught.value) == (
+        f"input/output error: cache {tmp_path}: a compiled model cannot be kept: No space left on device; "
+        "try: space there, or EOMGEN_CACHE=<another folder>"
+    )
+
+
+def test_a_folder_that_was_cut_short_can_be_written_again(tmp_path: Path) -> None:
+    class Half(Mapping[str, str]):
+        """Files of which the last cannot be written."""
+
+        names = ("a.c", "manifest.json", "z.c")
+
+        def __getitem__(self, name: str) -> str:
+            texts = {"a.c": "int a;\n", "manifest.json": '{"generator": "eomgen", "files": []}', "z.c": "\ud800"}
+            return texts[name]
+
+        def __iter__(self):  # type: ignore[no-untyped-def]
+            return iter(self.names)
+
+        def __len__(self) -> int:
+            return len(self.names)
+
+    with pytest.raises(UnicodeEncodeError):
+        write_folder(Half(), tmp_path / "out")
+    write_folder({"a.c": "int b;\n"}, tmp_path / "out")
+    assert (tmp_path / "out" / "a.c").read_text() == "int b;\n"
+
+
+def test_an_interrupt_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
+    started = tmp_path / "started"
+    slow = script(
+        tmp_path / "slow",
+        f'case "$*" in *--version*|*wrapper*) exec cc "$@";; esac\ntouch {started}\nexec sleep 60',
+    )
+    scene = tmp_path / "shaken.toml"
+    scene.write_text(PENDULUM_TOML)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CC": str(slow), "EOMGEN_CACHE": str(tmp_path / "cache")}
+    command = [sys.executable, "-m", "eomgen", "simulate", str(scene), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
+        deadline = time.monotonic() + 60
+        while not started.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)  # to Python alone: a terminal would tell the compiler too
+        _, said = process.communicate(timeout=20)
+    assert (process.returncode, said.strip()) == (130, "interrupted")
