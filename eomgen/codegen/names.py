@@ -15,6 +15,12 @@ _C_WORDS = re.compile(
 )
 
 
+_STANDARD_HEADERS = re.compile(
+    r"alloca|assert|complex|ctype|errno|features|fenv|float|inttypes|iso646|limits|locale|math|memory|setjmp|signal|stdarg|stdbool|"
+    r"stddef|stdint|stdio|stdlib|string|strings|tgmath|threads|time|uchar|unistd|wchar|wctype"
+)
+
+
 def mangle(name: str, prefix: str = "p_") -> str:
     """Return a C identifier for a name, different for different names.
 
@@ -47,6 +53,8 @@ def check_prefix(prefix: str) -> str:
     """Return the prefix of a model's symbols. Raises ModelError unless it is a free C identifier."""
     if not _IDENTIFIER.fullmatch(prefix):
         raise ModelError(f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first")
+    if _STANDARD_HEADERS.fullmatch(prefix.lower()):
+        raise ModelError(f"the model's name {prefix!r} would let {prefix}.h hide a header of C itself", f"{prefix}_model")
     if prefix.lower() in ("main", "interface", "eg", "eomgen", "eomgen_real"):
         raise ModelError(f"the model's name {prefix!r} is taken by the generated code", f"{prefix}_model")
     return prefix

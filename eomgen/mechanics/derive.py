@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.errors import ModelError
+from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.inputs import input_signal
@@ -65,10 +65,14 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
     Raises
     ------
     ModelError
-        For an unknown term, or one that the scene cannot have.
+        For an unknown term, or one that the scene cannot have; for numbers that no double can hold together.
     """
-    derivation = Derivation(scene, without_rows)
-    return _assembled(derivation, _chosen(derivation, terms))
+    try:
+        derivation = Derivation(scene, without_rows)
+        return _assembled(derivation, _chosen(derivation, terms))
+    except (ZeroDivisionError, OverflowError):
+        what = "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a divisor"
+        raise ModelError(Problem(scene.name, what, "masses, inertias and lengths between 1e-100 and 1e100")) from None
 
 
 def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from eomgen.errors import ModelError, Problem
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Op
@@ -18,13 +19,34 @@ _CALLS = {
 
 
 def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
-    """Record a formula; ``resolve`` gives the scalar of each symbol. Depth is bounded by the reader of formulas."""
+    """Record a formula; ``resolve`` gives the scalar of each symbol. Depth is bounded by the reader of formulas.
+
+    Raises
+    ------
+    ModelError
+        An operation has no finite value whatever the state, as a division by a fixed parameter that is 0.
+    """
     if isinstance(formula, Number):
         return algebra.scalar(formula.value)
     if isinstance(formula, Symbol):
         return resolve(formula)
+    if formula.name == "select":
+        condition, *branches = formula.arguments
+        taken = algebra.tape.value(record(algebra, condition, resolve).ref)
+        if taken is not None:  # the other branch may well divide by zero: that is what the condition is for
+            return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
-    match formula.name:
+    try:
+        return _operation(algebra, formula.name, arguments)
+    except (ValueError, ArithmeticError):
+        numbers = (algebra.tape.value(argument.ref) for argument in arguments)
+        values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
+        what = f"{formula.name}({values}) in a formula has no finite value whatever the state"
+        raise ModelError(Problem("", what, "other values of the fixed parameters there, or tunable = true for them")) from None
+
+
+def _operation(algebra: Algebra, name: str, arguments: Sequence[Scalar]) -> Scalar:
+    match name:
         case "add":
             return arguments[0] + arguments[1]
         case "sub":
@@ -38,7 +60,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         case "select":
             return algebra.select(arguments[0], arguments[1], arguments[2])
         case _:
-            return algebra.call(_CALLS[formula.name], *arguments)
+            return algebra.call(_CALLS[name], *arguments)
 
 
 def symbols(formula: Formula) -> set[Symbol]:

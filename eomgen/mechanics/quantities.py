@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.tree import Tree
@@ -74,6 +75,9 @@ class Quantities:
         span = minus(self.kinematics.position_in_base(*second), self.kinematics.position_in_base(*first))
         speed = minus(self.kinematics.velocity_in_base(*second), self.kinematics.velocity_in_base(*first))
         length = self.algebra.call(Op.SQRT, dot(span, span))
+        if length.is_zero:
+            what = f"the points {spring.first} and {spring.second} coincide whatever the coordinates, so it has no direction"
+            raise ModelError(Problem(f"spring {spring.name}", what, "points that can move apart, or a torsion spring"))
         direction = scaled(self.algebra.one / length, span)
         return length, dot(direction, speed), direction
 

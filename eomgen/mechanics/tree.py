@@ -205,7 +205,7 @@ def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
         return max((abs(number) for value in values if (number := value.constant) is not None), default=0.0)
 
     second_size = size([entry for row in inertia.second for entry in row])
-    first_size = max(size(inertia.first), math.sqrt(second_size * abs(inertia.mass.constant or 0.0)))
+    first_size = max(size(inertia.first), math.sqrt(second_size) * math.sqrt(abs(inertia.mass.constant or 0.0)))
     x, y, z = (tuple(snapped(entry, second_size) for entry in row) for row in inertia.second)
     d = tuple(snapped(entry, first_size) for entry in inertia.first)
     return Inertia(inertia.mass, d, (x, y, z))  # type: ignore[arg-type]  # three entries each

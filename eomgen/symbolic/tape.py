@@ -141,7 +141,9 @@ class Tape:
     # -- leaves ---------------------------------------------------------------------------------------------------
 
     def constant(self, value: float) -> Ref:
-        """Return the reference of a constant. Raises ValueError unless it is finite."""
+        """Return the reference of a constant. Raises OverflowError when it is infinite, ValueError when it is not a number."""
+        if math.isinf(value):
+            raise OverflowError(f"a constant of a tape must be finite, not {value}")
         if not math.isfinite(value):
             raise ValueError(f"a constant of a tape must be finite, not {value}")
         magnitude = abs(float(value))
