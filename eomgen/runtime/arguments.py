@@ -83,7 +83,11 @@ def by_name(what: str, values: Mapping[str, Any], names: Sequence[str], start: A
     for name, value in values.items():
         check_name(what, name, names, fixed)
         given[names.index(name)] = numbers(f"{what} {name}", value)
-    shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
+    try:
+        shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
+    except ValueError:
+        shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
+        raise UsageError(Problem(f"{what}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")) from None
     result = np.array(np.broadcast_to(start, (*shape, len(names))))
     for index, array in given.items():
         result[..., index] = array

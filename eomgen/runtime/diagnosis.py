@@ -23,16 +23,21 @@ _ORDER = (
 )  # fmt: skip
 
 
-def first_non_finite(model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals) -> str:
-    """Return the first block that is not finite, at the last good state or where the next step would lead; empty if none is."""
+def first_non_finite(
+    model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals
+) -> tuple[str, bool]:
+    """Return the first block that is not finite, and whether it is so at the last good state or only where the next step leads.
+
+    The text is empty where all blocks are finite.
+    """
     a = np.where(np.isfinite(a), a, 0.0)
     with np.errstate(all="ignore"):
-        ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step**2 * a), v + step * a)
+        ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a)
         for time, q_there, v_there in ((t, q, v), ahead):
             block = _at(model, time, q_there, v_there, p, signals)
             if block:
-                return f"{block} at t = {time:.9g} s"
-    return ""
+                return f"{block} at t = {time:.9g} s", time == t
+    return "", False
 
 
 def _at(model: Model, t: float, q: Array, v: Array, p: Array, signals: InputSignals) -> str:

@@ -25,6 +25,7 @@ from eomgen.runtime.terms import Parameters
 
 Array = NDArray[np.float64]
 _BATCH = 8192
+_BAD_ARGUMENT = 4  # of the steppers' statuses
 
 
 def simulate(
@@ -89,7 +90,10 @@ def simulate(
     state = initial_state(model, initial)
     name = canonical_name(method or defaults["method"])
     library = _stepper_library(model, name)
-    chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, settings or {})
+    extra = {} if settings is None else settings
+    if not isinstance(extra, Mapping):
+        raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
+    chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, extra)
     _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
     given = read_signals(inputs, model.inputs, steps)
     signals = InputSignals(model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start)
@@ -99,11 +103,13 @@ def simulate(
     stepper = Stepper(library, chosen, p)
     table = driven(stepper.times_of(0, 1, start)) if driven else None
     status = stepper.initialize(start, state.q, state.v, table)
+    if status == _BAD_ARGUMENT:
+        raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
     if status:
         rows = np.concatenate([[start], state.q, state.v, np.full(model.nv, np.nan)])[np.newaxis]
         run = Trajectory(rows, status, False, 0)
     else:
-        run = run_chunks(stepper, steps, every, driven, progress)
+        run = run_chunks(stepper, steps, min(every, steps + 1), driven, progress)
     wall = time.perf_counter() - began
 
     message = _message(model, stepper, run, p, signals, steps, chosen)
@@ -121,6 +127,10 @@ def simulate(
     )  # fmt: skip
 
 
+def _listed(settings: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
+
+
 def _steps(start: float, end: float, step: float) -> int:
     if end < start:
         raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
@@ -128,15 +138,19 @@ def _steps(start: float, end: float, step: float) -> int:
     if count > 1e15:
         raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
     whole = round(count)
-    return whole if abs(count - whole) <= 1e-9 * max(1.0, count) else math.ceil(count)
+    return whole if whole and abs(count - whole) <= 1e-9 * max(1.0, count) else math.ceil(count)
 
 
-def _number(name: str, value: object) -> float:
+def _number(name: str, value: object, kind: str = "number of seconds") -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise UsageError(Problem(name, f"a number of seconds is needed, not {type(value).__name__}"))
-    if not math.isfinite(value):
-        raise UsageError(Problem(name, f"{name} is {value}, not a finite number"))
-    return float(value)
+        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}"))
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise UsageError(Problem(name, f"{name} is {number}, not a finite number"))
+    return number
 
 
 def _positive(name: str, value: object) -> float:
@@ -159,13 +173,13 @@ def _settings(method: Mapping[str, Any], step: float, rho_inf: float, extra: Map
         if name not in known:
             hint = f"one of {', '.join(known)}" if known else ""
             raise UsageError(Problem("settings", f"{method['family']} has no setting {name!r}", hint))
-        number = _number(f"settings.{name}", value)
+        number = _number(f"settings.{name}", value, "number")
         if number < 0.0:
             raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
         values[name] = number
     values["step"] = step
     if "rho_inf" in values:
-        number = _number("rho_inf", rho_inf)
+        number = _number("rho_inf", rho_inf, "number")
         if not 0.0 <= number <= 1.0:
             raise UsageError(Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {number:.9g}", "0.8"))
         values["rho_inf"] = number
@@ -208,10 +222,12 @@ def _message(
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
     _, q, v, a = (part[0] for part in _split(run.rows[-1:], model))
-    block = first_non_finite(model, float(t), q, v, a, settings["step"], p, signals)
+    block, already = first_non_finite(model, float(t), q, v, a, settings["step"], p, signals)
     inertia = indefinite_mass(model, q, p)
     details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
     hint = "masses and inertias that bodies can have" if inertia and not block else advice(text, settings)
+    if already:
+        hint = "other parameters, formulas or coordinates there: no smaller step helps"
     return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
 
 

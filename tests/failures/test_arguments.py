@@ -1,0 +1,64 @@
+"""Arguments that no model can take: one message with the name of the argument, never a bare exception of Python."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+
+import eomgen
+from tests.runtime.scenes import PENDULUM_TOML
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
+    file = tmp_path_factory.mktemp("arguments") / "shaken.toml"
+    file.write_text(PENDULUM_TOML.replace("[parameters]", "[parameters]\nload = 1.5"))
+    return eomgen.build(file, profile="quick")
+
+
+def test_parameters_that_do_not_broadcast_are_named(model: eomgen.Model) -> None:
+    with pytest.raises(eomgen.UsageError) as caught:
+        model.mass([0.1], parameters={"length": [1, 2, 3], "shake": [1, 2]})
+    assert str(caught.value) == (
+        "usage error: parameters: the shapes do not broadcast: length (3,), shake (2,); try: batches of equal shape"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"settings": [1.0]}, 'settings: a mapping is needed, not list; try: settings={"rtol": 1e-9}'),
+        ({"settings": {"rtol": "x"}}, "settings.rtol: a number is needed, not str"),
+        ({"rho_inf": "x"}, "rho_inf: a number is needed, not str"),
+        ({"rho_inf": 10**400}, "rho_inf: rho_inf is inf, not a finite number"),
+        ({"t_end": 10**400}, "t_end: t_end is inf, not a finite number"),
+        ({"settings": {"max_iterations": 0}}, "settings: generalized_alpha refuses step = 0.01"),
+        ({"settings": {"rtol": 0, "atol": 0}}, "rtol = 0, atol = 0"),
+    ],
+)
+def test_what_cannot_run_is_refused_before_it_runs(model: eomgen.Model, options: dict[str, Any], text: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+        model.simulate(**{"t_end": 0.1, "step": 0.01, **options})
+
+
+def test_any_whole_number_of_steps_between_rows_records_the_first_and_the_last(model: eomgen.Model) -> None:
+    solution = model.simulate(0.1, 0.01, record_every=10**30)
+    assert solution.t == pytest.approx([0.0, 0.1])
+
+
+def test_a_step_beyond_all_measure_ends_with_a_message(model: eomgen.Model) -> None:
+    solution = model.simulate(1e308, 1e300)
+    assert not solution.success
+    assert "a value became infinite or not a number" in solution.message
+
+
+def test_a_step_far_longer_than_the_run_is_taken_once(model: eomgen.Model) -> None:
+    assert len(model.simulate(1e-9, 10.0).t) == 2
+
+
+def test_a_state_that_is_broken_already_is_not_blamed_on_the_step(model: eomgen.Model) -> None:
+    message = model.simulate(0.1, 0.01, parameters={"length": 1e300}).message
+    assert "the first block that is not finite is M (the inertia matrix), component [0, 0] at t = 0 s" in message
+    assert message.endswith("try: other parameters, formulas or coordinates there: no smaller step helps")
