@@ -8,14 +8,17 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
+from typing import TextIO
 
 import click
 
 from eomgen import __version__
 from eomgen.cli.options import debug_option
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, FileError
 
 INTERRUPTED = 130
 
@@ -60,7 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is given."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        result = commands.main(words, prog_name="eomgen", standalone_mode=False)
+        _check_streams()
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            result = commands.main(words, prog_name="eomgen", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
@@ -79,6 +85,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         click.echo(error.report(), err=True)
         return error.exit_code
+    except OSError as error:
+        if "--debug" in words:
+            traceback.print_exc()
+        place = f"{error.filename}: " if error.filename is not None else ""
+        reason = error.strerror or error
+        click.echo(f"{FileError.title}: {place}{reason}; try: space on the disk, and where the output goes", err=True)
+        return FileError.exit_code
     except Exception as error:
         if "--debug" in words:
             traceback.print_exc()
@@ -86,3 +99,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"internal error: {type(error).__name__}: {error}; this is a fault of eomgen; try: the same with --debug", err=True
         )
         return 1
+
+
+def _check_streams() -> None:
+    """Give closed standard streams, as under some daemons, somewhere to go: libraries expect them to be open."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # open as long as the process
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    click.echo(f"warning: {message}", err=True)

@@ -42,7 +42,12 @@ def scene_options(command: Command) -> Command:
 def folder_option(command: Command) -> Command:
     """Add ``--out DIR``."""
     return click.option(
-        "--out", "folder", required=True, metavar="DIR", help="Folder to write to; it is made where it is missing."
+        "--out",
+        "folder",
+        required=True,
+        metavar="DIR",
+        help="Folder to write to; it is made where it is missing.",
+        callback=_folder,
     )(command)
 
 
@@ -71,6 +76,12 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float]:
                 Problem(f"{option} {text}", f"{number.strip()!r} is not a number", f"{option} {name.strip()}=0.5")
             ) from None
     return values
+
+
+def _folder(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    if not value.strip():
+        raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
+    return value
 
 
 def _names(context: click.Context, parameter: click.Parameter, value: str | None) -> list[str] | None:
