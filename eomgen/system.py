@@ -9,12 +9,14 @@ first; M, h, b, Q, B, Phi and Z are projections of it that are present only wher
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from eomgen.symbolic.tape import Counts, Ref, Tape
+from eomgen.symbolic.tape import Counts, InputSymbol, Ref, Tape
 
 if TYPE_CHECKING:
     import sympy
@@ -31,6 +33,9 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
     ("omega_dot", 3, "time derivative of omega, rad/s^2"),
     ("velocity_dot", 3, "time derivative of the components of velocity, m/s^2"),
 )
+
+#: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
+_TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
 
 
 @dataclass(frozen=True)
@@ -164,11 +169,34 @@ class System:
         """Exact operation counts, function by function."""
         return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
 
+    @cached_property
+    def symbol_names(self) -> dict[InputSymbol, str]:
+        """Names from the scene of components of p, u, q, v and a, as ``sympy`` uses them.
+
+        Parameters and inputs have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or ``q_ball_0`` and so
+        on for joints of several. A name that two components would share, or that looks like a component's place in its
+        array (``q0``, ``p_1``), is left out: such a component is called by its place.
+        """
+        names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
+        names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}
+        for factor in self.factors:
+            blocks = (("q", factor.q_start, factor.q_size), *((b, factor.v_start, factor.v_size) for b in ("v", "a")))
+            for block, start, size in blocks:
+                for index in range(size):
+                    part = f"_{index}" if size > 1 else ""
+                    names[InputSymbol(block, start + index)] = f"{block}_{factor.name}{part}"
+        uses = Counter(names.values())
+        return {symbol: name for symbol, name in names.items() if uses[name] == 1 and not _TAKEN.fullmatch(name)}
+
     def sympy(
         self, term: str, *, named: bool | None = None
     ) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
-        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``."""
+        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``.
+
+        Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``.
+        """
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
 
         function = self.functions[term]
-        return block_to_sympy(self.tape, function.outputs[0].refs, function.outputs[0].shape, named=named)
+        block = function.outputs[0]
+        return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)

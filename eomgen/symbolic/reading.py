@@ -6,7 +6,7 @@ Nothing is simplified or reordered beyond what SymPy's constructors do on their 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.symbolic.evaluate import Arithmetic, run
@@ -22,7 +22,14 @@ WHOLE_LIMIT = 200  # operations up to which a block is given whole
 NAME_LIMIT = 40  # operations after which a long expression without shared parts is given a name all the same
 
 
-def block_to_sympy(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, named: bool | None = None) -> sympy.Matrix | Named:
+def block_to_sympy(
+    tape: Tape,
+    refs: Sequence[Ref],
+    shape: Sequence[int],
+    *,
+    named: bool | None = None,
+    names: Mapping[InputSymbol, str] | None = None,
+) -> sympy.Matrix | Named:
     """Return a block of references as SymPy.
 
     Parameters
@@ -34,6 +41,8 @@ def block_to_sympy(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, nam
     named : bool, optional
         True for named intermediates, False for the whole expressions; by default whole up to 200 operations. Maps are unrolled
         for reading.
+    names : mapping, optional
+        Of inputs, different for different ones; see ``input_symbol`` for the others.
 
     Returns
     -------
@@ -59,16 +68,20 @@ def block_to_sympy(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, nam
     if named is None:
         named = sum(tape.op[node] not in LEAVES for node in live) > WHOLE_LIMIT
     worth = _worth_naming(tape, refs, live) if named else set[int]()
-    names: list[tuple[sympy.Symbol, sympy.Expr]] = []
+    intermediates: list[tuple[sympy.Symbol, sympy.Expr]] = []
+
+    def symbol_of(symbol: InputSymbol) -> sympy.Symbol:
+        given = (names or {}).get(symbol)
+        return input_symbol(symbol) if given is None else sympy.Symbol(given, real=True)
 
     def visit(node: int, expression: Any) -> Any:
         if node not in worth or expression.is_Atom:
             return expression
-        names.append((sympy.Symbol(f"w_{len(names)}", real=True), expression))
-        return names[-1][0]
+        intermediates.append((sympy.Symbol(f"w_{len(intermediates)}", real=True), expression))
+        return intermediates[-1][0]
 
-    matrix = sympy.Matrix(rows, columns, run(tape, refs, input_symbol, Arithmetic(_sympy_rules(), _number), visit))
-    return (names, matrix) if named else matrix
+    matrix = sympy.Matrix(rows, columns, run(tape, refs, symbol_of, Arithmetic(_sympy_rules(), _number), visit))
+    return (intermediates, matrix) if named else matrix
 
 
 def to_latex(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None) -> str:
