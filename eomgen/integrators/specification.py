@@ -162,10 +162,14 @@ def _weights(method: GeneralizedAlpha, step: float) -> list[float]:
 
 
 def _factorization_cost(system: SystemLike, solver: Solver) -> float:
-    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by exact operation counts."""
+    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation counts.
+
+    Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they count.
+    """
     residual = "equations" if len(system.multipliers) else "residual"
-    iteration = float(system.counts[residual].flops + 2 * solver.solve_operations)
-    return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations) / iteration
+    turns = sum(1 for factor in system.factors if factor.group != "R")
+    iteration = float(system.counts[residual].flops + 4 * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns)
+    return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
 
 
 def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
@@ -241,7 +245,9 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
     """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name."""
     sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
     if data["family"] == GENERALIZED_ALPHA:
-        sizes |= _multiplier_sizes(data, "lam") | {"a": nv} | _multiplier_sizes(data, "eta") | {"rho_inf": 1}
+        lam = _multiplier_sizes(data, "lam")
+        sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
+        sizes |= {f"{name}_before": 2 * size for name, size in lam.items()} | {"known": 1, "order": 1, "rho_inf": 1}
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
     return _layout(sizes)
 

@@ -52,11 +52,11 @@ def test_settings_and_state_by_name():
     assert list(settings) == ["step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"]
     assert (settings["step"], settings["rho_inf"], settings["reuse"]) == (2e-3, 0.8, 1.0)
     layout = state_layout(data, 4, 3)
-    assert (layout["q"], layout["a"], layout["max_residual"]) == (slice(1, 5), slice(11, 14), slice(23, 24))
+    assert (layout["q"], layout["a"], layout["max_residual"]) == (slice(1, 5), slice(11, 14), slice(31, 32))
     assert default_settings(data_of(RKMK, heavy_top())) == {"step": 1e-3}
 
 
 def test_factors_are_worth_more_where_they_cost_more():
     small, large = (data_of(ALPHA, free_motion(["R"] * n))["factorization_cost"] for n in (2, 60))
     assert small < 3.0
-    assert large > 15.0
+    assert large > 10.0
