@@ -101,8 +101,11 @@ def _frame(
         return Frame(frame.body, position, orientation)
     for field in ("body", "position"):
         if getattr(frame, field) is not None:
-            report.add(f"{key}.{field}", f"the point {frame.point} gives the {field} already", f"either point or {field}")
-    check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
+            report.add(f"{key}.{field}", f"the point gives the {field} already", f"either point or {field}")
+    if frame.point in (BASE, *bodies) and frame.point not in values.names.points:
+        report.add(f"{key}.point", f"{frame.point} is a body, not a point", f'{{ body = "{frame.point}" }}')
+    else:
+        check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
     point = points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
     return Frame(point.body, point.position, orientation)
 

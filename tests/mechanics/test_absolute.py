@@ -10,6 +10,7 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.reader import load_toml
 from eomgen.scene.scene import BASE, Effort, Joint, Output, Point, Scene, TorsionSpring
 from eomgen.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
@@ -140,6 +141,67 @@ def test_initial_state_and_its_accelerations(seed: int, groups: str, rng) -> Non
         found, wanted = (found, wanted) if factor.group == "R" else (one_sign(found), one_sign(wanted))
         np.testing.assert_allclose(found, wanted, atol=1e-12)
     check_same_motion(joint, absolute, here, moved)
+
+
+LINKAGE = """
+format = 1
+name = "linkage"
+[parameters]
+length = { value = 0.7, tunable = true }
+[base]
+position = ["0.1*sin(3*t)", 0, 0]
+rotation = [{ axis = [0, 0, 1], angle = "0.5*t" }]
+[bodies.crank]
+mass = 1.0
+center_of_mass = [0.3, 0, 0]
+inertia = [0.01, 0.02, 0.02]
+[bodies.rod]
+mass = 2.0
+center_of_mass = [0, 0, 0.5]
+inertia = [0.05, 0.05, 0.01]
+group = "R3xSO3"
+[joints.first]
+type = "revolute"
+parent = "base"
+child = "crank"
+axis = [0, 1, 0]
+stiffness = 3.0
+damping = 0.2
+initial = { position = 0.4, velocity = 1.0 }
+[joints.second]
+type = "spherical"
+parent = "crank"
+child = "rod"
+position = ["length", 0, 0]
+initial = { rotation = [{ axis = [1, 0, 0], angle = 0.3 }], velocity = [0.2, -0.4, 0.6] }
+[points]
+tip = { body = "rod", position = [0.05, 0, "2*length"] }
+[constraints.guide]
+type = "point_on_line"
+first = { body = "base", position = [0.5, 0.2, 0], axis = [1, 2, 3] }
+second = "tip"
+[outputs]
+tip = { acceleration = "tip" }
+angle = { formula = ["q.first", "v.first"] }
+"""
+
+
+def test_one_file_in_both_coordinates() -> None:
+    """A scene file is derived in joint coordinates, and with nothing but the choice of coordinates changed in absolute ones."""
+    terms = [*JOINT, *ROWS]
+    found = []
+    for coordinates in ("joint", "absolute"):
+        system = derive(load_toml(LINKAGE, coordinates=coordinates), terms)
+        evaluate = tape_evaluator(system)
+        state = {"q": np.array([system.initial_q]), "v": np.array([system.initial_v])}
+        state |= {"t": np.zeros((1, 1)), "p": np.array([[0.7]])}
+        state = kkt(evaluate, on_base(evaluate, state))
+        found.append([*evaluate("outputs", state)["y"][0], *state["lam"][0, -2:]])
+        assert system.nv == {"joint": 4, "absolute": 12}[coordinates]
+        assert system.multipliers[-2:] == tuple(f"guide: point stays on the line along {axis}" for axis in "xy")
+    assert [(f.group, f.name) for f in system.factors] == [("SE3", "crank"), ("R", "rod.position"), ("SO3", "rod.orientation")]
+    assert found[0][3:5] == [0.4, 1.0]
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-11)
 
 
 def test_mass_is_constant_and_block_diagonal(rng) -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.constraint import ROWS
-from eomgen.scene.scene import BASE, Joint, Scene
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.scene import BASE, Joint, Output, Scene
 from eomgen.system import System
 from tests.oracles.constrained import (
     FREEDOMS,
@@ -232,3 +233,17 @@ def test_energy_changes_by_the_powers_only(seed: int, base: str, coordinates: st
     assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-10
     assert kinetic.min() > 0.0
     assert (np.abs(base_power).max() > 0.0) == (scene.base is not None or loop.drive is not None)
+
+
+def test_multipliers_enter_where_a_driver_works_only(rng) -> None:
+    """Energies and outputs take the multipliers of a driven scene, and leave those of any other alone."""
+    outputs = (Output("drive", (Symbol("energy", "base_power"),)), Output("total", (Symbol("energy", "total"),)))
+    for driven in (True, False):
+        item = constraint(rng, "revolute", BASE, "two", driven=driven)
+        system = derive(replace(two_bodies(0, base=False), constraints=(item,), outputs=outputs), ["energy", "outputs", "residual"])
+        assert all(("lam" in system.functions[name].inputs) == driven for name in ("energy", "outputs"))
+        state = states_of(system, rng)
+        evaluate = tape_evaluator(system)
+        kinetic, potential, _, base_power = evaluate("energy", state)["energy"].T
+        np.testing.assert_array_equal(evaluate("outputs", state)["y"], np.stack([base_power, kinetic + potential], axis=1))
+        assert np.any(base_power != 0.0) == driven

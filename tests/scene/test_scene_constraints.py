@@ -118,14 +118,19 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
         ('type = "spherical"\nfirst = 3\nsecond = "tip"', "(constraints.loop.first): a table is needed here, not 3"),
         ('type = "spherical"\nfirst = "tp"\nsecond = { body = "base" }', "loop.first.point): there is no point 'tp'; try: tip"),
         ('type = "spherical"\nfirst = { body = "rd" }\nsecond = { body = "base" }', "loop.first.body): there is no body 'rd'"),
+        ('type = "spherical"\nfirst = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
+        (
+            'type = "spherical"\nfirst = { body = "rod", axes = [0, 0, 1] }\nsecond = { body = "base" }',
+            "(constraints.loop.first.axes): the key 'axes' is unknown here; try: axis or x_axis",
+        ),
         ('type = "spherical"\nfirst = { position = [1, 0, 0] }\nsecond = "tip"', "the frame belongs to no body; try: body = "),
         (
             'type = "spherical"\nfirst = { point = "tip", body = "rod" }\nsecond = { body = "base" }',
-            "(constraints.loop.first.body): the point tip gives the body already; try: either point or body",
+            "(constraints.loop.first.body): the point gives the body already; try: either point or body",
         ),
         (
             'type = "spherical"\nfirst = { point = "tip", position = [0, 0, 0] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.position): the point tip gives the position already",
+            "(constraints.loop.first.position): the point gives the position already",
         ),
         (
             'type = "spherical"\nfirst = { point = "tip", axis = [0, 0, 1] }\nsecond = { body = "base" }',
