@@ -240,7 +240,8 @@ def test_multipliers_enter_where_a_driver_works_only(rng) -> None:
     outputs = (Output("drive", (Symbol("energy", "base_power"),)), Output("total", (Symbol("energy", "total"),)))
     for driven in (True, False):
         item = constraint(rng, "revolute", BASE, "two", driven=driven)
-        system = derive(replace(two_bodies(0, base=False), constraints=(item,), outputs=outputs), ["energy", "outputs", "residual"])
+        scene = replace(two_bodies(0, base=False), constraints=(item,), outputs=outputs)
+        system = derive(scene, ["energy", "outputs", "residual"])
         assert all(("lam" in system.functions[name].inputs) == driven for name in ("energy", "outputs"))
         state = states_of(system, rng)
         evaluate = tape_evaluator(system)
