@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.consistency import Assembly, Constrained, assemble, redundant_rows
+from eomgen.integrators.consistency import Constrained, assemble, redundant_rows
 from eomgen.symbolic.evaluate import evaluate
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def ready(derive: Callable[[Sequence[int]], System]) -> System:
     notes = [f"{name} follows from the constraints before it and is left out" for name in _names(system, dependent)]
     if dependent:
         system = derive(dependent)
-    notes += corrections(found)
+    notes += found.corrections()
     return replace(
         system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes)
     )
@@ -49,13 +49,6 @@ def ready(derive: Callable[[Sequence[int]], System]) -> System:
 
 def _names(system: System, rows: Sequence[int]) -> list[str]:
     return [system.multipliers[row] for row in rows]
-
-
-def corrections(found: Assembly) -> list[str]:
-    """Return one sentence for each row that the initial state did not meet."""
-    at_position = [f"initial position corrected: {name} was off by {value:.3g}" for name, value in found.violations.items()]
-    rates = found.rate_violations.items()
-    return at_position + [f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates]
 
 
 def constrained(system: System) -> Constrained:

@@ -129,7 +129,8 @@ def build(
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
     library = _library(scene, terms, _method_name(scene, method), profile, real)
-    return Model(scene, library, lambda other: _library(scene, terms_of(other), other, profile, real))
+    constrained = scene.coordinates == "absolute" or bool(scene.constraints)
+    return Model(scene, library, lambda other: _library(scene, terms_of(other, constrained), other, profile, real))
 
 
 def as_scene(scene: Described) -> Scene:

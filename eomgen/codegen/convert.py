@@ -61,6 +61,7 @@ def to_program(
             "u": sum(item.size for item in system.inputs),
             "p": len(system.parameters),
             "lam": len(system.multipliers),
+            "holonomic": system.holonomic,
             "bodies": len(system.bodies),
             "base": BASE_SIZE,
         },

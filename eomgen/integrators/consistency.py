@@ -62,6 +62,12 @@ class Assembly:
     violations: dict[str, float]
     rate_violations: dict[str, float]
 
+    def corrections(self) -> list[str]:
+        """Return one sentence for each row that the guess did not meet."""
+        at_position = [f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()]
+        rates = self.rate_violations.items()
+        return at_position + [f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates]
+
 
 def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
     """Return the consistent state nearest to a guess.

@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.build.library import Library
 from eomgen.runtime.arguments import check_name, components, numbers
 from eomgen.runtime.configuration import configuration_rate, rotated, with_unit_quaternions
+from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
 from eomgen.runtime.terms import Inputs, Parameters, Terms
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from eomgen.integrators.consistency import Assembly
     from eomgen.runtime.solution import Solution
 
 Array = NDArray[np.float64]
@@ -145,8 +147,30 @@ class Model:
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
         parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
-        """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv)."""
+        """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
+        if self.multipliers:
+            return self.constrained_dynamics(q, v, t, u, parameters=parameters, base=base)[0]
         return self._one("forward_dynamics", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+
+    def constrained_dynamics(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot = -g."""
+        return self._terms.accelerations(q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+
+    def consistent(
+        self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
+    ) -> Assembly:
+        """Return the state nearest to a guess that meets the constraints, and how far each row was off.
+
+        Raises
+        ------
+        ModelError
+            The constraints contradict each other from there; names the rows.
+        """
+        p = self.parameter_array(parameters)
+        return consistent(self, self._terms.configuration(q), self._terms.velocity("v", v), t, p)
 
     def partials(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
@@ -201,14 +225,15 @@ class Model:
 
     def energy(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return inertial energies and powers, each (...).
 
         ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of the
         reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not given.
         """
-        values = self._one("energy", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
         result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
         return {**result, "total": result["kinetic"] + result["potential"]}
 

@@ -15,7 +15,7 @@ from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.specification import default_settings
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
-from eomgen.runtime.initial import initial_state
+from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
 from eomgen.runtime.methods import canonical_name, terms_of
 from eomgen.runtime.model import Model
@@ -88,6 +88,10 @@ def simulate(
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
     state = initial_state(model, initial)
+    corrected: list[str] = []
+    if model.multipliers and (initial or parameters is not None or start != 0.0):
+        found = model.consistent(state.q, state.v, start, parameters=p)
+        state, corrected = InitialState(found.q, found.v, state.z), found.corrections()
     name = canonical_name(method or defaults["method"])
     library = _stepper_library(model, name)
     extra = {} if settings is None else settings
@@ -106,7 +110,8 @@ def simulate(
     if status == _BAD_ARGUMENT:
         raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
     if status:
-        rows = np.concatenate([[start], state.q, state.v, np.full(model.nv, np.nan)])[np.newaxis]
+        unknown = np.full(model.nv + len(model.multipliers), np.nan)
+        rows = np.concatenate([[start], state.q, state.v, unknown])[np.newaxis]
         run = Trajectory(rows, status, False, 0)
     else:
         run = run_chunks(stepper, steps, min(every, steps + 1), driven, progress)
@@ -114,16 +119,16 @@ def simulate(
 
     message = _message(model, stepper, run, p, signals, steps, chosen)
     statistics = stepper.statistics if not (status and not run.steps) else {}
-    t, q, v, a = _split(run.rows, model)
-    outputs, energy = _evaluate(model, t, q, v, a, signals if driven else None, p)
+    t, q, v, a, multipliers = _split(run.rows, model)
+    outputs, energy = _evaluate(model, (t, q, v, a, multipliers), signals if driven else None, p)
     success = run.status == 0 and not run.interrupted and run.failure is None
     if success and (doubt := doubts(statistics, t, energy, step)):
         message = f"{message}; {doubt}"
     return Solution(
-        t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=np.zeros((len(t), 0)),
+        t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=run.interrupted,
-        metadata=_metadata(model, name, chosen, p, every, start, end),
+        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected},
     )  # fmt: skip
 
 
@@ -192,7 +197,7 @@ def _stepper_library(model: Model, name: str) -> Library:
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
         return model.library
-    missing = [term for term in terms_of(name) if term not in model.functions]
+    missing = [term for term in terms_of(name, layout["facts"]["constraints"]) if term not in model.functions]
     if missing and not layout["facts"]["constraints"]:
         what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
@@ -221,7 +226,7 @@ def _message(
     if run.status == 0:
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
-    _, q, v, a = (part[0] for part in _split(run.rows[-1:], model))
+    _, q, v, a, _ = (part[0] for part in _split(run.rows[-1:], model))
     block, already = first_non_finite(model, float(t), q, v, a, settings["step"], p, signals)
     inertia = indefinite_mass(model, q, p)
     details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
@@ -231,16 +236,17 @@ def _message(
     return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
 
 
-def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array]:
-    ends = np.cumsum([1, model.nq, model.nv])
-    t, q, v, a = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
-    return t[:, 0], q, v, a
+def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array]:
+    ends = np.cumsum([1, model.nq, model.nv, model.nv])
+    t, q, v, a, multipliers = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
+    return t[:, 0], q, v, a, multipliers
 
 
 def _evaluate(
-    model: Model, t: Array, q: Array, v: Array, a: Array, signals: InputSignals | None, p: Array
+    model: Model, states: tuple[Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return outputs and energies at all recorded rows."""
+    """Return outputs and energies at all recorded rows (t, q, v, a, multipliers)."""
+    t, q, v, a, multipliers = states
     outputs: list[dict[str, Array]] = []
     energies: list[dict[str, Array]] = []
     for start in range(0, len(t), _BATCH):
@@ -249,7 +255,8 @@ def _evaluate(
         if "outputs" in model.functions:
             outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, parameters=p))
         if "energy" in model.functions:
-            energies.append(model.energy(q[part], v[part], a[part], t[part], u, parameters=p))
+            held = {"multipliers": multipliers[part]} if model.multipliers else {}
+            energies.append(model.energy(q[part], v[part], a[part], t[part], u, parameters=p, **held))
     return _joined(outputs), _joined(energies)
 
 
@@ -271,7 +278,10 @@ def _metadata(
         "t_start": start,
         "t_end": end,
         "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
-        "names": {"q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names]},
+        "names": {
+            "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],
+            "multipliers": list(model.multipliers),
+        },
         "units": {"q": model.q_units, "v": model.v_units, "outputs": {o["name"]: o["unit"] for o in layout["outputs"]}},
         "fingerprint": getattr(model.library, "fingerprint", ""),
     }

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import UsageError
-from eomgen.integrators.specification import STEPPER_SIZES, state_layout
+from eomgen.integrators.specification import STEPPER_SIZES, row_layout, state_layout, statistics_names
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -47,6 +47,8 @@ class Stepper:
         method: Mapping[str, Any] = library.layout["method"]
         self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
         self.places = state_layout(method, self.nq, self.nv)
+        self.row_places = row_layout(method, self.nq, self.nv)
+        self.counted = statistics_names(method)
         self.settings = np.array(list(settings.values()), dtype=float)
         self.step_size = float(settings["step"])
         self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
@@ -60,15 +62,14 @@ class Stepper:
 
     @property
     def row(self) -> Array:
-        """The current state as a row of the record: t, q, v, vdot."""
-        return np.concatenate([self.state[self.places[name]] for name in ("t", "q", "v", "vdot")])
+        """The current state as a row of the record: t, q, v, vdot, and multipliers where there are any."""
+        return np.concatenate([self.state[self.places[name]] for name in self.row_places])
 
     @property
     def statistics(self) -> dict[str, int | float]:
         """What the stepper counted since it was initialized."""
-        names = list(self.places)[list(self.places).index("count") + 1 :]
-        values = {name: float(self.state[self.places[name]][0]) for name in names}
-        return {name: value if name == "max_residual" else int(value) for name, value in values.items()}
+        values = {name: float(self.state[self.places[name]][0]) for name in self.counted}
+        return {name: value if name.startswith("max_") or name == "pivot_ratio" else int(value) for name, value in values.items()}
 
     def initialize(self, t: float, q: Array, v: Array, u_table: Array | None) -> int:
         """Start at t, q, v; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
@@ -110,7 +111,7 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows (t, q, v, vdot) of a run, how it ended (status 0: well), and whether it was interrupted."""
+    """Rows (t, q, v, vdot, multipliers) of a run, how it ended (status 0: well), and whether it was interrupted."""
 
     rows: Array
     status: int

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import by_name, check_finite, check_quaternions, components, numbers
+from eomgen.runtime.constrained import accelerations, blocks_of, solvable
 from eomgen.runtime.coordinates import Factor
 from eomgen.runtime.functions import Functions
 
@@ -73,7 +74,10 @@ class Terms:
         if "v" in blocks and given.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities"))
         missing_a = "a" in blocks and given.get("a") is None
-        if missing_a:
+        constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
+        if missing_a and constrained:
+            blocks |= blocks_of(self.functions)
+        elif missing_a:
             if "forward_dynamics" not in self.functions:
                 raise UsageError(
                     Problem("a", f"the term {term} needs accelerations, and the model has no forward_dynamics", "a=...")
@@ -94,9 +98,28 @@ class Terms:
             values["base"] = self.functions("base", values)[0]
         if "u" in blocks or given.get("u") is not None:
             values["u"] = self._inputs(given.get("u"), values)
-        if missing_a:
+        if missing_a and constrained:
+            values["a"], multipliers = accelerations(self.functions, values)
+            if given.get("multipliers") is None:
+                values["lam"] = multipliers
+        elif missing_a:
             values["a"] = self.functions("forward_dynamics", values)[0]
         return self.functions(term, values)
+
+    def accelerations(self, **given: Any) -> tuple[Array, Array]:
+        """Return vdot and multipliers of a constrained model; arguments as of ``call``."""
+        if not solvable(self.functions):
+            self.functions.inputs("forward_dynamics")  # says that the term is missing
+        values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
+        values |= {"p": self.parameters(given["parameters"]), "t": numbers("t", given.get("t", 0.0))}
+        blocks = blocks_of(self.functions)
+        if given.get("base") is not None:
+            values["base"] = self.base(given["base"])
+        elif "base" in blocks:
+            values["base"] = self.functions("base", values)[0]
+        if "u" in blocks or given.get("u") is not None:
+            values["u"] = self._inputs(given.get("u"), values)
+        return accelerations(self.functions, values)
 
     def base(self, base: ArrayLike) -> Array:
         """Return the caller's state of the base as (..., 19). Raises UsageError when the scene's base is at rest."""

@@ -55,8 +55,52 @@ def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
         model.partials(model.initial_q, rest, rest, multipliers=[1.0, 2.0, 3.0])
     with pytest.raises(eomgen.UsageError, match="v: the term residual needs velocities"):
         model.evaluate("residual", model.initial_q)
-    with pytest.raises(
-        eomgen.UsageError, match="a: the term residual needs accelerations, and the model has no forward_dynamics"
-    ):
-        model.evaluate("residual", model.initial_q, rest)
     np.testing.assert_allclose(flyer().evaluate("residual", flyer().initial_q, flyer().initial_v)["r"], 0.0, atol=1e-12)
+
+
+def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Generator) -> None:
+    model = absolute()
+    v = model.consistent(model.initial_q, rng.normal(size=model.nv)).v
+    vdot, multipliers = model.constrained_dynamics(model.initial_q, v)
+    residual = model.evaluate("residual", model.initial_q, v, vdot, multipliers=multipliers)["r"]
+    np.testing.assert_allclose(residual, 0.0, atol=1e-10)
+    (B,) = model.evaluate("constraint_jacobian", model.initial_q).values()
+    (g,) = model.evaluate("constraint_bias", model.initial_q, v).values()
+    np.testing.assert_allclose(B @ vdot + g, 0.0, atol=1e-9)
+    np.testing.assert_array_equal(model.forward_dynamics(model.initial_q, v), vdot)
+    batch = model.constrained_dynamics(model.initial_q, np.stack([v, 0.5 * v]))[0]
+    np.testing.assert_allclose(batch[0], vdot, rtol=1e-12, atol=1e-12)
+
+
+def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None:
+    free, held = flyer(), absolute()
+    expected, found = (model.simulate(0.2, 1e-3, method="generalized_alpha") for model in (free, held))
+    assert found.success, found.message
+    for body in (body.name for body in free.scene.bodies):
+        ends = [model.pose(body, solution.q[-1], solution.t[-1]) for model, solution in ((free, expected), (held, found))]
+        np.testing.assert_allclose(ends[1][4:], ends[0][4:], atol=2e-5)  # both have errors of order step^2
+    assert found.multipliers.shape == (len(found.t), 8)
+    assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
+
+
+def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
+    model = absolute()
+    q = model.initial_q.copy()
+    q[-1] += 0.01
+    solution = model.simulate(0.01, 1e-3, initial={"q": q, "v": model.initial_v})
+    assert solution.success and solution.stats["max_constraint"] <= 1e-12
+    assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
+
+
+def test_explicit_methods_say_why_they_refuse_constraints() -> None:
+    with pytest.raises(eomgen.ModelError, match="rk4 cannot run on this scene: .*constraints"):
+        absolute().simulate(0.1, 1e-3, method="rk4")
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2"])
+def test_other_forms_reach_the_same_end(method: str) -> None:
+    model = absolute()
+    expected = model.simulate(0.1, 5e-4)
+    found = model.simulate(0.1, 5e-4, method=method)
+    assert found.success, found.message
+    np.testing.assert_allclose(found.q[-1], expected.q[-1], atol=1e-5)

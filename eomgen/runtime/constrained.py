@@ -1,0 +1,78 @@
+"""Accelerations and multipliers of constrained models, and consistent states from guesses, on the compiled functions.
+
+    [ M  B^T ] [ vdot ]   [ -r(a = 0, lam = 0) ]
+    [ B   0  ] [ lam  ] = [ -g                 ]     g: what the rows' rates change by at vdot = 0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.integrators.consistency import Assembly, Constrained, assemble
+from eomgen.runtime.functions import Functions
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+NEEDED = ("mass", "residual", "constraint_jacobian", "constraint_bias")
+
+
+def solvable(functions: Functions) -> bool:
+    """Return whether a model has what ``accelerations`` needs."""
+    return all(name in functions for name in NEEDED)
+
+
+def blocks_of(functions: Functions) -> set[str]:
+    """Return the input blocks that ``accelerations`` needs, a and lam excepted."""
+    return {block for name in NEEDED for block in functions.inputs(name)} - {"a", "lam"}
+
+
+def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Array, Array]:
+    """Return vdot (..., nv) and the multipliers (..., rows) at states given as input blocks."""
+    nv, rows = functions.sizes["v"], functions.sizes["lam"]
+    (r,) = functions("residual", {**values, "a": np.zeros(nv), "lam": np.zeros(rows)})
+    (M,) = functions("mass", values)
+    (B,) = functions("constraint_jacobian", values)
+    (g,) = functions("constraint_bias", values)
+    batch = np.broadcast_shapes(r.shape[:-1], M.shape[:-2], B.shape[:-2], g.shape[:-1])
+    system = np.zeros((*batch, nv + rows, nv + rows))
+    system[..., :nv, :nv], system[..., nv:, :nv], system[..., :nv, nv:] = M, B, np.swapaxes(B, -1, -2)
+    right = -np.concatenate([np.broadcast_to(r, (*batch, nv)), np.broadcast_to(g, (*batch, rows))], axis=-1)
+    solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
+    return solution[..., :nv], solution[..., nv:]
+
+
+def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
+    """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
+
+    Raises
+    ------
+    ModelError
+        The constraints contradict each other there; names the rows.
+    UsageError
+        The model was built without the terms that constraints need.
+    """
+    needed = ("mass", "constraint_velocity", "constraint_jacobian")
+    missing = [name for name in needed if name not in model.functions]
+    if missing:
+        raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
+
+    def at(name: str, **state: Array | float) -> Array:
+        return next(iter(model.evaluate(name, t=t, parameters=parameters, **state).values()))
+
+    equations = Constrained(
+        factors=model.factors,
+        names=model.multipliers,
+        holonomic=model.functions.sizes["holonomic"],
+        constraint=lambda q, _: at("constraint", q=q) if model.functions.sizes["holonomic"] else np.zeros(0),
+        velocity=lambda q, v, _: at("constraint_velocity", q=q, v=v),
+        jacobian=lambda q, _: at("constraint_jacobian", q=q),
+        mass=lambda q: model.mass(q, parameters=parameters),
+    )
+    return assemble(equations, q, v, t)
