@@ -8,6 +8,7 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
@@ -32,12 +33,20 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
 def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return the arrays and the metadata of an ``.npz`` file of ours. Raises FileError."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        with path.open("rb") as stream:
+            if not zipfile.is_zipfile(stream):
+                raise ValueError("it is no .npz archive, or not all of one")
+            stream.seek(0)
+            with np.load(stream, allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files}
         metadata = json.loads(str(arrays.pop(_METADATA)[()]))
+        if not isinstance(metadata, dict):
+            raise ValueError("its metadata are no mapping")
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except KeyError as error:
+        raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+    except (ValueError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
         what = f"this is not a solution written by eomgen: {error}"
         raise FileError(Problem(str(path), what, "a .npz file of Solution.save")) from None
     return arrays, metadata

@@ -96,6 +96,9 @@ class Solution:
             states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
         except KeyError as error:
             raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+        rows = np.shape(states["t"])
+        if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
+            raise FileError(Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together"))
         return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata)
 
     def columns(self) -> dict[str, Array]:
