@@ -57,6 +57,9 @@ def from_data(
     """
     report = Report(file, lines or {})
     report.found += [(0, problem) for problem in problems]
+    if not data and not report.found:
+        report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
+        report.raise_problems()
     document, refused = read_document(data, report)
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
@@ -80,6 +83,10 @@ def content(document: written.Document) -> bytes:
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
+#: Units of outputs that do not say theirs; energies are J, powers W.
+_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+
+
 class _Assembler:
     def __init__(
         self, document: written.Document, refused: Mapping[str, set[str]], data: Mapping[str, Any], report: Report
@@ -100,7 +107,8 @@ class _Assembler:
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
         )
-        self.values = Values(names, {name: parameter.value for name, parameter in document.parameters.items()}, report)
+        defaults = {name: parameter.value for name, parameter in document.parameters.items()}
+        self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
         self.bodies = [*document.bodies, *sorted(refused["bodies"])]
 
     def fields(self, inertias_checked: bool) -> dict[str, Any]:
@@ -114,6 +122,7 @@ class _Assembler:
         inertias = checks.body_inertias(bodies.values(), values)
         if not inertias_checked:
             checks.check_inertias(inertias, self.report)
+            inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}
         if complete and len(order) == len(links) == len(bodies):
             checks.check_motion([joints[link.name] for link in order], inertias, values)
         points = {name: self.point(name, point) for name, point in document.points.items()}
@@ -186,7 +195,7 @@ class _Assembler:
 
     def point(self, name: str, point: written.Point) -> scene.Point:
         key = key_of("points", name)
-        checks.check_reference(f"{key}.body", point.body, [scene.BASE, *self.bodies], "body", self.report)
+        checks.check_reference(f"{key}.body", point.body, [scene.BASE, scene.WORLD, *self.bodies], "body", self.report)
         return scene.Point(name, point.body, self.values.vector(f"{key}.position", point.position, PARAMETERS))
 
     def spring(self, name: str, spring: written.Spring) -> scene.Spring:
@@ -218,8 +227,9 @@ class _Assembler:
 
     def force(self, name: str, force: written.Force) -> scene.Force:
         key, vector = key_of("forces", name), self.values.vector
-        if force.body == scene.BASE:
-            self.report.add(f"{key}.body", "a force on the base moves nothing: its motion is prescribed", "a body")
+        if force.body in (scene.BASE, scene.WORLD):
+            why = "its motion is prescribed" if force.body == scene.BASE else "it rests"
+            self.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why}", "a body")
         else:
             checks.check_reference(f"{key}.body", force.body, self.bodies, "body", self.report)
         point = vector(f"{key}.point", force.point, PARAMETERS)
@@ -257,4 +267,7 @@ class _Assembler:
             kind, point = given[0], str(getattr(output, given[0]))
             checks.check_reference(f"{key}.{kind}", point, self.values.names.points, "point", self.report)
             formulas = tuple(Symbol(kind, point, index) for index in range(3))
-        return scene.Output(name, formulas, output.unit, output.description)
+        unit = output.unit or (_UNITS.get(given[0], "") if len(given) == 1 else "")
+        if output.energy is not None:
+            unit = output.unit or ("W" if output.energy.endswith("power") else "J")
+        return scene.Output(name, formulas, unit, output.description)

@@ -166,7 +166,7 @@ class SceneBuilder:
         )
 
     def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:
-        """Add a point fixed in a body, or in the base."""
+        """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
         return self._enter("points", name, body=body, position=position)
 
     def spring(

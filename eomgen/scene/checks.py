@@ -11,7 +11,7 @@ from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
 from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.scene import BASE, Body, Joint
+from eomgen.scene.scene import BASE, WORLD, Body, Joint
 from eomgen.scene.schema import SECTIONS, Document, Simulation
 from eomgen.scene.values import Values
 
@@ -40,6 +40,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {shown(name)} is not legal", _NAME_RULE
     if section == "bodies" and name == BASE:
         return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
+    if section == "bodies" and name == WORLD:
+        return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in ("parameters", "inputs") and name in RESERVED:
@@ -86,8 +88,11 @@ def check_inertias(inertias: Mapping[str, Inertia], report: Report) -> None:
     for name, inertia in inertias.items():
         fault = impossible(inertia.mass, inertia.about_center)
         if fault:
-            field = "mass" if inertia.mass < 0.0 else "inertia"
-            report.add(key_of("bodies", name, field), fault, f"the values of {name} about its centre of mass, in its own axes")
+            if inertia.mass < 0.0:
+                report.add(key_of("bodies", name, "mass"), fault, "a positive number of kg")
+            else:
+                hint = f"the values of {name} about its centre of mass, in its own axes"
+                report.add(key_of("bodies", name, "inertia"), fault, hint)
 
 
 def check_groups(document: Document, report: Report) -> None:
@@ -97,6 +102,14 @@ def check_groups(document: Document, report: Report) -> None:
         if joint.type == "fixed" and body is not None and body.group is not None:
             what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
             report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
+
+
+def _moving_hint(joint: Joint) -> str:
+    if joint.type == "free":
+        return f"mass and inertia = [xx, yy, zz] for the body {joint.child}, or three prismatic joints for a point mass"
+    if joint.type == "spherical":
+        return f"inertia = [xx, yy, zz] for the body {joint.child}, or two revolute joints for what has no size"
+    return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
 
 
 def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values) -> None:
@@ -126,10 +139,11 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
             if joint.child in moving_beyond:
                 moving_beyond.add(joint.parent)
             continue
-        if parts is not None and joint.child not in moving_beyond:
+        judged = joint.child not in moving_beyond and not values.report.concerns(key_of("joints", joint.name))
+        if parts is not None and judged:
             fault = immovable(joint.type, np.array(joint.axis), combined(parts), values.value(joint.rotor_inertia))
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
-                hint = f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
+                hint = _moving_hint(joint)
                 values.report.add(key_of("joints", joint.name), what, hint)
         moving_beyond.add(joint.parent)

@@ -18,7 +18,7 @@ from eomgen.scene.formula_scope import PARAMETERS, TIME
 from eomgen.scene.names import key_of, listed
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import frame_about, rows, sequence
-from eomgen.scene.scene import BASE, ZERO_VECTOR, Joint, Point
+from eomgen.scene.scene import BASE, WORLD, ZERO_VECTOR, Joint, Point
 from eomgen.scene.values import Values
 
 Need = Literal["nothing", "z", "x and z"]
@@ -156,7 +156,7 @@ def check_closings(constraints: Iterable[Constraint], joints: Sequence[Joint], r
     joints : sequence of Joint
         Parents first.
     """
-    host = {BASE: BASE}
+    host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:
         host[joint.child] = host.get(joint.parent, joint.parent) if joint.type == "fixed" else joint.child
     for constraint in constraints:

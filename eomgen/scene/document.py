@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from eomgen.scene.names import key_of, nearest, shown
+from eomgen.scene.names import is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.schema import SECTIONS, Document
 from eomgen.scene.schema_values import described
@@ -32,6 +32,8 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         for detail in error.errors(include_url=False):
             location = tuple(part for part in detail["loc"] if isinstance(part, str | int))
             what, hint = _explained(detail["type"], detail["msg"], location, detail.get("input"))
+            if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
+                hint = _child_hint(data)
             report.add(key_of(*location), what, hint)
             section = str(location[0])
             if section in SECTIONS and len(location) > 1 and isinstance(kept.get(section), Mapping):
@@ -45,6 +47,19 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     return Document.model_validate({"format": 1, "name": "scene", **kept}), refused
 
 
+_AXES = ("x", "y", "z")
+
+
+def _child_hint(data: Mapping[str, Any]) -> str:
+    """Return which body a joint without a child may be meant to carry: one that no other joint carries."""
+    bodies, joints = (data.get(section) for section in ("bodies", "joints"))
+    if not (isinstance(bodies, Mapping) and isinstance(joints, Mapping)):
+        return "child = ..."
+    carried = {str(joint.get("child")) for joint in joints.values() if isinstance(joint, Mapping)}
+    free = [str(body) for body in bodies if body not in carried]
+    return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
+
+
 def _explained(kind: str, message: str, location: tuple[str | int, ...], given: object) -> tuple[str, str]:
     """Return what pydantic found, in the words of the scene file, and a hint."""
     last = str(location[-1])
@@ -52,11 +67,17 @@ def _explained(kind: str, message: str, location: tuple[str | int, ...], given: 
         return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[:-1]))
     if kind == "missing":
         return f"the key {last} is missing", f"{last} = {'1' if last == 'format' else '...'}"
+    if location == ("format",):
+        return f"this eomgen reads format 1, not {described(given)}", "format = 1"
     if kind == "literal_error":
         expected = message.removeprefix("Input should be ").replace("'", "")
         return f"{described(given)} is not known here", f"one of {expected}"
     if kind in ("greater_than_equal", "less_than_equal"):
         return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", ""
+    if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
+        sign = "-" if given[0] == "-" else ""
+        entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
+        return message[0].lower() + message[1:], f"[{entries}]"
     plain = {"string_type": "a text", "bool_type": "true or false", "int_type": "a whole number", "dict_type": "a table"}
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:

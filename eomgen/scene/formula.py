@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 from collections.abc import Mapping
 
 from eomgen.scene.evaluate import apply
 from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, ENERGIES, FUNCTIONS, VELOCITY_SIZE, Names, Scope
-from eomgen.scene.formula_text import DEPTH, PREFIX, TOO_DEEP, FormulaError, FormulaText
+from eomgen.scene.formula_text import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.names import is_legal, nearest, shown
 
 LARGEST_EXPONENT = 64.0
@@ -55,7 +56,10 @@ class _Reader:
             rest = self.text.text[column - 1 :].strip()
             near = f"at {shown(rest[:20])}" if rest else "at its end"
             what = f"the formula is not well formed {near}"
-            raise FormulaError(what, column, "operators between terms and matching brackets") from None
+            word = re.match(r"[A-Za-z_0-9]*", rest)
+            in_degrees = word is not None and word[0] in DEGREES
+            hint = IN_RADIANS if in_degrees else "operators between terms and matching brackets"
+            raise FormulaError(what, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
         return self.convert(tree.body, 1)[0]
@@ -148,7 +152,8 @@ class _Reader:
             raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
         name = node.func.id.removeprefix(PREFIX)
         if name not in FUNCTIONS:
-            raise self.error(node, f"unknown function {shown(name)}", nearest(name, sorted(FUNCTIONS)))
+            hint = IN_RADIANS if name in DEGREES else nearest(name, sorted(FUNCTIONS))
+            raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
         count, variadic = FUNCTIONS[name], name in ("min", "max")
@@ -179,7 +184,7 @@ class _Reader:
         if name in self.names.joints:
             raise self.error(node, f"{shown(name)} is a joint, not a number", f"q.{name} or v.{name}")
         known = [*self.names.parameters, *self.names.inputs, *FUNCTIONS, "t", "pi"]
-        raise self.error(node, f"unknown name {shown(name)}", nearest(name, known))
+        raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
 
     def allow(self, node: ast.expr, kind: str, what: str) -> None:
         if kind not in self.scope.kinds:

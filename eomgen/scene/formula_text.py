@@ -22,6 +22,9 @@ _TOKEN = re.compile(
 _OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
 _ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
 _ADVICE |= {"&&": "and", "||": "or", "!": "not"}
+#: Words that users of degrees write, and what to tell them.
+DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
+IN_RADIANS = "angles are in radians: 45 * pi / 180"
 TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
 _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
@@ -91,7 +94,9 @@ class FormulaText:
 
     def number_text(self, token: str, column: int, end: int) -> str:
         if end < len(self.text) and (self.text[end].isalnum() or self.text[end] == "_"):
-            raise FormulaError(f"the number {shown(token)} runs into a name", column, f"a * after {token[:20]}")
+            word = re.match(r"[A-Za-z_0-9]*", self.text[end:])
+            hint = IN_RADIANS if word is not None and word[0] in DEGREES else f"a * after {token[:20]}"
+            raise FormulaError(f"the number {shown(token)} runs into a name", column, hint)
         if token.isdigit() and len(token) <= 15:
             return str(int(token))
         value = float(token)
@@ -105,7 +110,8 @@ class FormulaText:
         if token in "'\"`":
             return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
         title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
-        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, _ALPHABET)
+        hint = IN_RADIANS if token in DEGREES else _ALPHABET
+        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, hint)
 
     def column(self, offset: int) -> int:
         """Return the user's column (from 1) for an offset in the parser's text."""

@@ -28,6 +28,7 @@ class Report:
         self.file = file
         self.lines = lines
         self.found: list[tuple[int, Problem]] = []
+        self.keys: set[str] = set()
 
     def place(self, key: str) -> str:
         """Return ``file:line`` of a key, or of the nearest key above it."""
@@ -45,8 +46,13 @@ class Report:
 
     def add(self, key: str, what: str, hint: str = "") -> None:
         """Note a problem."""
+        self.keys.add(key)
         line = re.search(r":(\d+)$", self.place(key))
         self._append(int(line[1]) if line else 0, Problem(self.where(key), what, hint))
+
+    def concerns(self, key: str) -> bool:
+        """Tell whether a problem is noted under a key, or below it: what follows from it is no problem of its own."""
+        return any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
     def add_at(self, line: int, key: str, what: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""

@@ -18,6 +18,7 @@ Vector = tuple[Formula, Formula, Formula]
 ZERO: Formula = Number(0.0)
 ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)
 BASE = "base"
+WORLD = "world"
 TERMS = (
     "mass",
     "coupling",
@@ -133,7 +134,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed in a body (or in the base), coordinates in that frame, formulas of parameters."""
+    """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
 
     name: str
     body: str

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from eomgen.scene.names import key_of, listed, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.scene import BASE
+from eomgen.scene.scene import BASE, WORLD
 
 
 class Link(NamedTuple):
@@ -40,7 +40,8 @@ def ordered(
     for link in links:
         key = key_of("joints", link.name)
         if link.parent != BASE and link.parent not in known:
-            report.add(f"{key}.parent", f"there is no body {shown(link.parent)}", nearest(link.parent, [BASE, *known]))
+            hint = BASE if link.parent == WORLD else nearest(link.parent, [BASE, *known])
+            report.add(f"{key}.parent", f"there is no body {shown(link.parent)}", hint)
         if link.child == BASE:
             hint = "the base as parent, or a free joint for a floating body"
             report.add(f"{key}.child", "the base cannot be a child: it carries the tree", hint)

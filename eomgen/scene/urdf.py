@@ -5,6 +5,7 @@ A link's frame is its joint's frame at zero, in URDF as here, so placements are 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -17,10 +18,11 @@ from eomgen.scene.inertia import Inertia, combined, impossible
 from eomgen.scene.names import listed, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, rows, snapped
-from eomgen.scene.scene import BASE, Scene
+from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.urdf_elements import Joint, Robot, read_robot
 from eomgen.scene.xml_reader import read_xml
 
+_RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
 _ROOT_JOINT = "root_joint"
 _MEANING = {
     "limit": "limits of position, velocity and effort",
@@ -153,12 +155,12 @@ class _Merger:
         self.make_bodies()
 
     def body_name(self, link: str) -> str:
-        if link != BASE:
+        if link not in _RESERVED:
             return link
-        name = "base_link" if "base_link" not in self.robot.links else "base_body"
+        name = f"{link}_link" if f"{link}_link" not in self.robot.links else f"{link}_body"
         while name in self.robot.links:
             name += "_"
-        self.notes.append(f"the link {BASE} is the body {name}, because {BASE} is the name of the frame that carries the tree")
+        self.notes.append(f"the link {link} is the body {name}, because {link} is the name of {_RESERVED[link]}")
         return name
 
     def add_part(self, link: str) -> None:
@@ -191,9 +193,9 @@ class _Merger:
     def make_bodies(self) -> None:
         merged = [name for name in self.data["points"] if name in self.robot.links]
         if merged:
-            self.notes.append(
-                f"{len(merged)} links are merged into the bodies they are fixed to and kept as points: {listed(merged)}"
-            )
+            one = len(merged) == 1
+            many = "1 link is merged into the body it is" if one else f"{len(merged)} links are merged into the bodies they are"
+            self.notes.append(f"{many} fixed to and kept as {'a point' if one else 'points'}: {listed(merged)}")
         for body, parts in self.parts.items():
             if body != BASE:
                 whole = combined(parts)
@@ -214,8 +216,19 @@ def _notes(robot: Robot, locked: set[str]) -> list[str]:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
         notes.append(f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}")
     if robot.snapped:
-        notes.append(f"right angles made exact in the placement of the joints {listed(robot.snapped)}")
+        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
+    if robot.nearly_right:
+        angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
+        more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
+        notes.append(
+            f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
+            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
+        )
     return notes
+
+
+def _joints(names: Sequence[str]) -> str:
+    return f"the joint{'s' * (len(names) != 1)} {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
 
 
 def _doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:

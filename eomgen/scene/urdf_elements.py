@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.names import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.rotation import Array, roll_pitch_yaw, snapped
+from eomgen.scene.rotation import SNAP, Array, roll_pitch_yaw, snapped
 from eomgen.scene.xml_reader import Element
 
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free"}
@@ -53,15 +53,24 @@ class Joint:
     written_type: str
 
 
+#: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
+NEARLY = 1e-3
+
+
 @dataclass
 class Robot:
-    """What a URDF holds, with legal and unique names; ``original`` maps them back to those in the file."""
+    """What a URDF holds, with legal and unique names; ``original`` maps them back to those in the file.
+
+    ``snapped`` are joints whose placement became exact; ``nearly_right`` are those with an angle near a right one that did not,
+    with that angle.
+    """
 
     name: str
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
+    nearly_right: dict[str, str] = field(default_factory=dict)
     left_out: dict[str, list[str]] = field(default_factory=dict)
 
 
@@ -140,14 +149,15 @@ class _Reader:
             return default
         return values
 
-    def placement(self, element: Element, key: str) -> tuple[Array, Array, bool]:
-        """Return orientation, position, and whether right angles were snapped."""
+    def placement(self, element: Element, key: str) -> tuple[Array, Array, bool, str]:
+        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not exact."""
         origin = element.first("origin")
         roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
         exact = roll_pitch_yaw(roll, pitch, yaw)
         orientation = snapped(exact)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
-        return orientation, position, bool(np.any(orientation != exact))
+        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < _off_right(angle) <= NEARLY), None)
+        return orientation, position, bool(np.any(orientation != exact)), "" if nearly is None else f"{nearly:.9g}"
 
     def link(self, name: str, element: Element) -> Link:
         key = f"links.{name}"
@@ -162,7 +172,7 @@ class _Reader:
         entries = [
             self.numbers(inertial.first("inertia"), f"i{entry}", key, (0.0,))[0] for entry in ("xx", "yy", "zz", "xy", "xz", "yz")
         ]
-        orientation, center, _ = self.placement(inertial, key)
+        orientation, center, _, _ = self.placement(inertial, key)
         return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
 
     def joint(self, name: str, element: Element) -> Joint:
@@ -171,8 +181,10 @@ class _Reader:
         written = element.attributes.get("type", "")
         if written not in (*JOINT_TYPES, "planar"):
             self.report.add_at(element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES))
-        orientation, position, was_snapped = self.placement(element, key)
-        if was_snapped:
+        orientation, position, was_snapped, nearly = self.placement(element, key)
+        if nearly:
+            self.out.nearly_right[name] = nearly
+        elif was_snapped:
             self.out.snapped.append(name)
         dynamics = element.first("dynamics")
         (damping,) = self.numbers(dynamics, "damping", key, (0.0,))
@@ -203,6 +215,12 @@ class _Reader:
                 end.line if end else element.line, key, f"there is no link {shown(written)}", nearest(written, self.link_names)
             )
         return self.link_names.get(written, "")
+
+
+def _off_right(angle: float) -> float:
+    """Return how far an angle is from the nearest right or straight one; 0 for those nearest to zero, which round nothing."""
+    quarters = round(angle / (0.5 * math.pi))
+    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 
 
 def _legal(name: str, taken: Collection[str]) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -31,12 +32,15 @@ class Values:
         Default value of each parameter that is known.
     report : Report
         Takes the problems.
+    refused : collection of str
+        Names of entries that were left out; a formula that mentions one of them has no problem of its own.
     """
 
-    def __init__(self, names: Names, parameters: Mapping[str, float], report: Report) -> None:
+    def __init__(self, names: Names, parameters: Mapping[str, float], report: Report, refused: Collection[str] = ()) -> None:
         self.names = names
         self.parameters = parameters
         self.report = report
+        self.refused = refused
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
         """Return a formula; ``UNKNOWN`` where it cannot be read."""
@@ -45,7 +49,8 @@ class Values:
         try:
             formula = read_formula(value, self.names, scope)
         except FormulaError as error:
-            self.report.add(key, error.what, error.hint)
+            if not self.mentions_refused(value):
+                self.report.add(key, error.what, error.hint)
             return UNKNOWN
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
@@ -54,6 +59,10 @@ class Values:
                 self.report.add(key, f"at the default parameters, {error}", "other values of the parameters")
                 return UNKNOWN
         return formula
+
+    def mentions_refused(self, text: str) -> bool:
+        """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""
+        return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in self.refused)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""

@@ -286,7 +286,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("format = 1", "format = 2", "scene.toml:1 (format): 2 is not known here; try: one of 1"),
+        ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
         ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
         ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
         ('"2*length"', "true", "scene.toml:7 (bodies.link.mass): a number or a formula is needed here, not a boolean (true)"),

@@ -1,0 +1,201 @@
+"""What a newcomer stumbles over: degrees, follow-on problems, the world, units left out; each message is asserted whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.scene.reader import load_toml
+from eomgen.scene.urdf import load_urdf
+from tests.oracles.evaluation import tape_evaluator
+from tests.runtime.conftest import shared_cache
+from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
+from tests.scene.test_urdf import replaced as urdf_replaced
+
+__all__ = ["shared_cache"]
+
+RADIANS = "try: angles are in radians: 45 * pi / 180"
+
+
+@pytest.mark.parametrize(
+    ("formula", "what"),
+    [
+        ("45 * deg", "unknown name 'deg' (column 6)"),
+        ("45 deg", "the formula is not well formed at 'deg' (column 4)"),
+        ("45deg", "the number '45' runs into a name (column 1)"),
+        ("45\N{DEGREE SIGN}", "the character '\\xb0' (U+00B0 DEGREE SIGN) is not part of formulas (column 3)"),
+        ("radians(45)", "unknown function 'radians' (column 1)"),
+        ("degrees(t)", "unknown function 'degrees' (column 1)"),
+    ],
+)
+def test_degrees_are_answered_with_radians(formula: str, what: str) -> None:
+    [found] = problems(f'rest = "{formula}"')
+    assert found == f"scene.toml:15 (joints.hinge.rest): {what}; {RADIANS}"
+
+
+def test_degrees_may_be_a_parameter() -> None:
+    text = PENDULUM.replace("length = 0.8", "length = 0.8\ndeg = 0.017453292519943295", 1)
+    assert read('rest = "45 * deg"', text).joints[0].rest is not None
+
+
+# -- one cause, one problem --------------------------------------------------------------------------------------------
+
+FLOATING = """
+format = 1
+name = "ball"
+[bodies.ball]
+mass = 1
+[joints.root]
+type = "free"
+parent = "base"
+child = "ball"
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", "scene.toml: the scene is empty; try: format = 1, name = \"...\", and [bodies] and [joints]"),
+        (replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0, 0]\n"),
+         "scene.toml:9 (bodies.link.inertia): the principal moments"),
+        (replaced("axis = [0, 1, 0]\n", ""),
+         "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]"),
+        (replaced("axis = [0, 1, 0]", 'axis = "y"'),
+         "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]"),
+        (replaced("axis = [0, 1, 0]", 'axis = "-z"'),
+         "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]"),
+        (replaced('child = "link"\n', ""), 'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"'),
+        (replaced("format = 1", "format = 2"), "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
+        (FLOATING, "scene.toml:6 (joints.root): the joint root cannot be moved by a force: what it carries lacks mass, or inertia"
+         " about some axis through its centre of mass, so the inertia matrix would be singular; try: mass and inertia = [xx, yy, zz]"
+         " for the body ball, or three prismatic joints for a point mass"),
+        (FLOATING.replace("mass = 1", "mass = -1"),
+         "scene.toml:5 (bodies.ball.mass): the mass -1 is negative; try: a positive number of kg"),
+    ],
+)  # fmt: skip
+def test_one_cause_is_one_problem(text: str, expected: str) -> None:
+    found = problems(text=text)
+    assert found[0].startswith(expected), found
+    if "principal moments" not in expected:
+        assert found == [expected]
+
+
+def test_a_missing_axis_hides_no_inertia_that_cannot_be() -> None:
+    text = replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]", "inertia = [0, 0, 0]")
+    text = text.replace("center_of_mass", "#")
+    assert [problem.partition(": ")[2] for problem in problems(text=text)] == [
+        "a revolute joint needs an axis; try: axis = [0, 0, 1]"
+    ]
+
+
+def test_formulas_that_mention_a_refused_name_are_not_problems() -> None:
+    text = PENDULUM.replace("length = 0.8", 'length = 0.8\n"my-mass" = 2\nmax = 3', 1)
+    extra = 'rest = "my-mass * 2"\nstiffness = "max * length"\ndamping = "nonsense"'
+    found = problems(extra, text)
+    assert [problem.partition("(")[2].partition(":")[0] for problem in found] == [
+        "parameters.'my-mass')", "parameters.max)", "joints.hinge.damping)",
+    ]  # fmt: skip
+
+
+# -- the world ---------------------------------------------------------------------------------------------------------
+
+TETHERED = """
+format = 1
+name = "tethered"
+gravity = [0, 0, 0]
+[base]
+position = ["0.3 * sin(2 * t)", 0, 0]
+[bodies.cart]
+mass = 2
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+damping = 0.8
+initial = { velocity = 0.4 }
+[points]
+hook = { body = "cart" }
+anchor = { body = "world", position = [2, 0, 0] }
+[springs.tether]
+first = "hook"
+second = "anchor"
+stiffness = 30
+damping = 0.5
+length = 1.2
+[outputs]
+anchor = { position = "anchor" }
+speed = { velocity = "hook" }
+acceleration = { acceleration = "hook" }
+kinetic = { energy = "kinetic" }
+supply = { energy = "base_power" }
+own = { position = "hook", unit = "mm" }
+"""
+
+
+def test_a_spring_to_the_world_pulls_by_its_length_in_the_world() -> None:
+    system = eomgen.derive(load_toml(TETHERED), terms=["force", "outputs"])
+    t, q, v = 0.4, 0.15, -0.7
+    x, speed = 0.3 * np.sin(2 * t) + q, 0.6 * np.cos(2 * t) + v
+    evaluate = tape_evaluator(system)
+    state = {"t": np.array([[t]]), "q": np.array([[q]]), "v": np.array([[v]])}
+    state["base"] = evaluate("base", state)["base"]
+    tension = 30 * ((2 - x) - 1.2) - 0.5 * speed
+    assert evaluate("force", state)["Q"][0, 0] == pytest.approx(tension - 0.8 * v, rel=1e-12)
+
+
+def test_energy_is_balanced_with_a_spring_to_the_world() -> None:
+    solution = eomgen.build(load_toml(TETHERED), profile="quick").simulate(2.0, 1e-3, method="rk4")
+    power = solution.energy["power"] + solution.energy["base_power"]
+    work = np.sum(0.5 * (power[1:] + power[:-1]) * np.diff(solution.t))
+    assert abs(solution.energy["total"][-1] - solution.energy["total"][0] - work) < 1e-5
+    assert np.max(np.abs(solution.energy["base_power"])) > 0.1
+    np.testing.assert_allclose(solution.outputs["anchor"], np.tile([2.0, 0.0, 0.0], (len(solution.t), 1)), atol=1e-14)
+
+
+def test_the_world_is_no_body() -> None:
+    [taken] = problems('[bodies.world]\nmass = 1')
+    assert taken.startswith("scene.toml:15 (bodies.world): the name world is reserved for what rests while the base moves; try: ")
+    [pushed] = problems('[forces]\nf = { body = "world" }')
+    assert pushed == "scene.toml:16 (forces.f.body): a force on the world moves nothing: it rests; try: a body"
+    [parent] = problems(text=replaced('parent = "base"', 'parent = "world"'))
+    assert parent.endswith("(joints.hinge.parent): there is no body 'world'; try: base")
+
+
+def test_a_link_named_world() -> None:
+    text = urdf_replaced('"foot"', '"world"')
+    assert next(point.name for point in load_urdf(text).points) == "world"
+    scene = load_urdf(text, root="free")
+    assert scene.joints[0].child == "world_link"
+    assert scene.notes[0] == "the link world is the body world_link, because world is the name of what rests while the base moves"
+
+
+# -- units and angles --------------------------------------------------------------------------------------------------
+
+
+def test_outputs_by_name_have_units() -> None:
+    units = {output.name: output.unit for output in load_toml(TETHERED).outputs}
+    assert units == {"anchor": "m", "speed": "m/s", "acceleration": "m/s^2", "kinetic": "J", "supply": "W", "own": "mm"}
+
+
+def test_angles_near_a_right_one_are_told_from_exact_ones() -> None:
+    def notes(shoulder: str) -> list[str]:
+        text = urdf_replaced('<child link="upper"/>', f'<child link="upper"/><origin rpy="{shoulder} 0 0"/>')
+        return [note for note in load_urdf(text).notes if "right angle" in note]
+
+    exact = "right angles made exact in the placement of the joint"
+    assert notes("1.57079632679") == [f"{exact}s shoulder, elbow"]
+    assert notes("0.0005") == notes("1.5") == [f"{exact} elbow"]
+    for angle in ("1.5708", "-3.1416"):
+        assert notes(angle) == [
+            f"{exact} elbow",
+            f"angles near a right angle, but not exact, are kept in the placement of the joint shoulder ({angle}): "
+            "pi/2 written in full, 1.5707963267948966, would be made exact and save operations",
+        ]
+
+
+def test_a_constraint_between_two_points_of_the_world_closes_nothing() -> None:
+    points = '[points]\na = { body = "world" }\nb = { body = "world", position = [1, 0, 0] }\n'
+    [found] = problems(f'{points}[constraints]\nc = {{ type = "distance", first = "a", second = "b", length = 1 }}')
+    assert "(constraints.c.second): both frames are in the same rigid body: world; try: " in found
