@@ -68,8 +68,8 @@ child = "ball"
         (replaced('child = "link"\n', ""), 'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"'),
         (replaced("format = 1", "format = 2"), "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
         (FLOATING, "scene.toml:6 (joints.root): the joint root cannot be moved by a force: what it carries lacks mass, or inertia"
-         " about some axis through its centre of mass, so the inertia matrix would be singular; try: mass and inertia = [xx, yy, zz]"
-         " for the body ball, or three prismatic joints for a point mass"),
+         " about some axis through its centre of mass, so the inertia matrix would be singular; try: mass and inertia ="
+         " [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"),
         (FLOATING.replace("mass = 1", "mass = -1"),
          "scene.toml:5 (bodies.ball.mass): the mass -1 is negative; try: a positive number of kg"),
     ],
