@@ -119,7 +119,8 @@ typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     ACTIVE_VEHICLE_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     ACTIVE_VEHICLE_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    ACTIVE_VEHICLE_BAD_ARGUMENT = 4   /* a setting is out of its range, or an input has neither a formula nor a table */
+    ACTIVE_VEHICLE_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
@@ -143,6 +144,9 @@ typedef struct active_vehicle_state {
     real v[7];
     real vdot[7];
     real a[7];  /* algorithmic acceleration */
+    real a_before[14];  /* those of the last two steps, newest first, for predictions */
+    long known;       /* how many steps there are to predict from, at most 3 */
+    long order;       /* of the polynomial that would have predicted the last step best */
     real rho_inf;     /* a belongs to it and to step */
     real step;        /* t = origin + count * step */
     real origin;
@@ -150,24 +154,39 @@ typedef struct active_vehicle_state {
     active_vehicle_statistics statistics;
 } active_vehicle_state;
 
+/* Coefficients for a spectral radius at infinite frequency. */
+typedef struct active_vehicle_coefficients {
+    real rho_inf;
+    real alpha_m, alpha_f, beta, gamma;
+    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    real g; /* gamma/beta: d v/d increment */
+    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+} active_vehicle_coefficients;
+
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct active_vehicle_workspace {
     real u[4];
     real q[7];
     real v[7];
     real vdot[7];
-    real vector[7];
-    real matrix[49];  /* LU factors of the iteration matrix */
+    real unknown[7];      /* E, step lam */
+    real increment[7];     /* the exponent is step * increment */
+    real right[7], solution[7], per_tolerance[7];
+    real numbers[147];     /* of the partials, and their products with T */
+    real tangents[1];
+    real entries[37];     /* nonzeros of the iteration matrix */
+    real factors[37];
+    int whole;                /* the factors in use are those of the whole matrix */
     int pivot[7];
-    real mass[49];
-    real velocity_derivative[49];
-    real position_derivative[49];
-    real increment[7];    /* mean velocity over the step, in the Lie algebra: q_new = q o exp(step * increment) */
-    real factored_step;         /* step that the factors belong to, 0 when there are none */
+    real matrix[49];
+    active_vehicle_coefficients coefficients;
+    real factored_step;       /* step that the factors belong to, 0 when there are none */
     real factored_rho_inf;
-    real rate;                  /* last observed contraction of the Newton increments */
-    real excess;                /* iterations since the factorization beyond the usual number */
-    long usual;                 /* that is one more than the first step after the factorization took */
+    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    long usual;               /* iterations of a step with factors of its own */
+    long borrowed;            /* steps since then */
+    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } active_vehicle_workspace;
 
 /* English text of a status. */

@@ -17,6 +17,8 @@
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
 #endif
 
+static real active_vehicle_larger(real x, real y) { return x > y ? x : y; }
+
 /* out = q o exp(step * increment) on the whole configuration. */
 static void active_vehicle_update(const real *q, const real *increment, real step, real *out)
 {
@@ -33,6 +35,7 @@ const char *active_vehicle_status_text(active_vehicle_status status)
     case ACTIVE_VEHICLE_SINGULAR: return "the mass or iteration matrix is singular";
     case ACTIVE_VEHICLE_NOT_FINITE: return "a value became infinite or not a number";
     case ACTIVE_VEHICLE_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case ACTIVE_VEHICLE_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
 }
@@ -65,6 +68,54 @@ static active_vehicle_status active_vehicle_prepare(const active_vehicle_paramet
     }
     (void)p; (void)t; (void)work;
     return ACTIVE_VEHICLE_OK;
+}
+
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the constraints. */
+typedef struct active_vehicle_weights {
+    real M, C, K, B, Z;
+} active_vehicle_weights;
+
+/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian: B at the start. */
+static void active_vehicle_assemble(const active_vehicle_weights *c, const real *restrict T, const real *restrict jacobian, real *restrict w, real *restrict S)
+{
+    S[0] = c->M * w[122] + c->C * w[73] + c->K * w[24];
+    S[1] = c->C * w[70] + c->K * w[21];
+    S[2] = c->C * w[71] + c->K * w[22];
+    S[3] = c->C * w[72] + c->K * w[23];
+    S[4] = c->M * w[130] + c->C * w[81] + c->K * w[32];
+    S[5] = c->C * w[77] + c->K * w[28];
+    S[6] = c->C * w[78] + c->K * w[29];
+    S[7] = c->C * w[79] + c->K * w[30];
+    S[8] = c->M * w[138] + c->C * w[89] + c->K * w[40];
+    S[9] = c->C * w[84] + c->K * w[35];
+    S[10] = c->C * w[85] + c->K * w[36];
+    S[11] = c->C * w[86] + c->K * w[37];
+    S[12] = c->C * w[52] + c->K * w[3];
+    S[13] = c->C * w[53] + c->K * w[4];
+    S[14] = c->C * w[54] + c->K * w[5];
+    S[15] = c->M * w[98] + c->C * w[49] + c->K * w[0];
+    S[16] = c->C * w[50] + c->K * w[1];
+    S[17] = c->C * w[51] + c->K * w[2];
+    S[18] = c->C * w[55] + c->K * w[6];
+    S[19] = c->C * w[59] + c->K * w[10];
+    S[20] = c->C * w[60] + c->K * w[11];
+    S[21] = c->C * w[61] + c->K * w[12];
+    S[22] = c->C * w[56] + c->K * w[7];
+    S[23] = c->M * w[106] + c->C * w[57] + c->K * w[8];
+    S[24] = c->C * w[58] + c->K * w[9];
+    S[25] = c->C * w[62] + c->K * w[13];
+    S[26] = c->C * w[66] + c->K * w[17];
+    S[27] = c->C * w[67] + c->K * w[18];
+    S[28] = c->C * w[68] + c->K * w[19];
+    S[29] = c->C * w[63] + c->K * w[14];
+    S[30] = c->C * w[64] + c->K * w[15];
+    S[31] = c->M * w[114] + c->C * w[65] + c->K * w[16];
+    S[32] = c->C * w[69] + c->K * w[20];
+    S[33] = c->C * w[91] + c->K * w[42];
+    S[34] = c->C * w[92] + c->K * w[43];
+    S[35] = c->C * w[93] + c->K * w[44];
+    S[36] = c->M * w[146] + c->C * w[97] + c->K * w[48];
+    (void)c; (void)T; (void)jacobian; (void)w;
 }
 
 /* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
@@ -120,13 +171,242 @@ static void active_vehicle_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* vdot from r(q, v, vdot, t, u) = 0; inputs and base must have been prepared. */
-static active_vehicle_status active_vehicle_acceleration(const active_vehicle_parameters *p, real t, const real *q, const real *v, real *vdot, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+/* The whole matrix from its nonzeros. */
+static void active_vehicle_spread(const real *S, real *A)
 {
-    active_vehicle_forward_dynamics(p, t, q, v, work->u, vdot);
+    static const int place[37] = {
+24, 21, 22, 23, 32, 28, 29, 30, 40, 35, 36, 37, 3, 4, 5, 0, 
+1, 2, 6, 10, 11, 12, 7, 8, 9, 13, 17, 18, 19, 14, 15, 16, 
+20, 42, 43, 44, 48, 
+    };
+    int i;
+    memset(A, 0, 49 * sizeof *A);
+    for (i = 0; i < 37; ++i)
+        A[place[i]] = S[i];
+}
+
+/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+#define active_vehicle_SMALLEST_PIVOT K(1e-12)
+
+/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
+ * pivot is too small. 41 multiply-subtracts. */
+static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
+{
+    { /* row 3, column 3 */
+        real a0 = S[0];
+        real a1 = S[1];
+        real a2 = S[2];
+        real a3 = S[3];
+        if (!(EG_ABS(a0) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a1) + EG_ABS(a2) + EG_ABS(a3))))
+            return 0;
+        a0 = K(1.0) / a0;
+        F[0] = a0;
+        F[1] = a1 * a0;
+        F[2] = a2 * a0;
+        F[3] = a3 * a0;
+    }
+    { /* row 4, column 4 */
+        real a4 = S[4];
+        real a5 = S[5];
+        real a6 = S[6];
+        real a7 = S[7];
+        if (!(EG_ABS(a4) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a5) + EG_ABS(a6) + EG_ABS(a7))))
+            return 0;
+        a4 = K(1.0) / a4;
+        F[4] = a4;
+        F[5] = a5 * a4;
+        F[6] = a6 * a4;
+        F[7] = a7 * a4;
+    }
+    { /* row 5, column 5 */
+        real a8 = S[8];
+        real a9 = S[9];
+        real a10 = S[10];
+        real a11 = S[11];
+        if (!(EG_ABS(a8) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a9) + EG_ABS(a10) + EG_ABS(a11))))
+            return 0;
+        a8 = K(1.0) / a8;
+        F[8] = a8;
+        F[9] = a9 * a8;
+        F[10] = a10 * a8;
+        F[11] = a11 * a8;
+    }
+    { /* row 0, column 0 */
+        real a12 = S[12];
+        real a13 = S[13];
+        real a14 = S[14];
+        real a15 = S[15];
+        real a16 = S[16];
+        real a17 = S[17];
+        real a18 = S[18];
+        a15 = a15 - a12 * F[1];
+        a16 = a16 - a12 * F[2];
+        a17 = a17 - a12 * F[3];
+        F[12] = a12 * F[0];
+        a15 = a15 - a13 * F[5];
+        a16 = a16 - a13 * F[6];
+        a17 = a17 - a13 * F[7];
+        F[13] = a13 * F[4];
+        a15 = a15 - a14 * F[9];
+        a16 = a16 - a14 * F[10];
+        a17 = a17 - a14 * F[11];
+        F[14] = a14 * F[8];
+        if (!(EG_ABS(a15) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a16) + EG_ABS(a17) + EG_ABS(a18))))
+            return 0;
+        a15 = K(1.0) / a15;
+        F[15] = a15;
+        F[16] = a16 * a15;
+        F[17] = a17 * a15;
+        F[18] = a18 * a15;
+    }
+    { /* row 1, column 1 */
+        real a19 = S[19];
+        real a20 = S[20];
+        real a21 = S[21];
+        real a22 = S[22];
+        real a23 = S[23];
+        real a24 = S[24];
+        real a25 = S[25];
+        a22 = a22 - a19 * F[1];
+        a23 = a23 - a19 * F[2];
+        a24 = a24 - a19 * F[3];
+        F[19] = a19 * F[0];
+        a22 = a22 - a20 * F[5];
+        a23 = a23 - a20 * F[6];
+        a24 = a24 - a20 * F[7];
+        F[20] = a20 * F[4];
+        a22 = a22 - a21 * F[9];
+        a23 = a23 - a21 * F[10];
+        a24 = a24 - a21 * F[11];
+        F[21] = a21 * F[8];
+        a23 = a23 - a22 * F[16];
+        a24 = a24 - a22 * F[17];
+        a25 = a25 - a22 * F[18];
+        F[22] = a22 * F[15];
+        if (!(EG_ABS(a23) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a24) + EG_ABS(a25))))
+            return 0;
+        a23 = K(1.0) / a23;
+        F[23] = a23;
+        F[24] = a24 * a23;
+        F[25] = a25 * a23;
+    }
+    { /* row 2, column 2 */
+        real a26 = S[26];
+        real a27 = S[27];
+        real a28 = S[28];
+        real a29 = S[29];
+        real a30 = S[30];
+        real a31 = S[31];
+        real a32 = S[32];
+        a29 = a29 - a26 * F[1];
+        a30 = a30 - a26 * F[2];
+        a31 = a31 - a26 * F[3];
+        F[26] = a26 * F[0];
+        a29 = a29 - a27 * F[5];
+        a30 = a30 - a27 * F[6];
+        a31 = a31 - a27 * F[7];
+        F[27] = a27 * F[4];
+        a29 = a29 - a28 * F[9];
+        a30 = a30 - a28 * F[10];
+        a31 = a31 - a28 * F[11];
+        F[28] = a28 * F[8];
+        a30 = a30 - a29 * F[16];
+        a31 = a31 - a29 * F[17];
+        a32 = a32 - a29 * F[18];
+        F[29] = a29 * F[15];
+        a31 = a31 - a30 * F[24];
+        a32 = a32 - a30 * F[25];
+        F[30] = a30 * F[23];
+        if (!(EG_ABS(a31) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a32))))
+            return 0;
+        a31 = K(1.0) / a31;
+        F[31] = a31;
+        F[32] = a32 * a31;
+    }
+    { /* row 6, column 6 */
+        real a33 = S[33];
+        real a34 = S[34];
+        real a35 = S[35];
+        real a36 = S[36];
+        a34 = a34 - a33 * F[16];
+        a35 = a35 - a33 * F[17];
+        a36 = a36 - a33 * F[18];
+        F[33] = a33 * F[15];
+        a35 = a35 - a34 * F[24];
+        a36 = a36 - a34 * F[25];
+        F[34] = a34 * F[23];
+        a36 = a36 - a35 * F[32];
+        F[35] = a35 * F[31];
+        if (!(EG_ABS(a36) > K(0.0)))
+            return 0;
+        a36 = K(1.0) / a36;
+        F[36] = a36;
+    }
+    return 1;
+}
+
+/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
+static void active_vehicle_substitute(const real *restrict F, const real *restrict r, real *restrict x)
+{
+    const real y0 = r[3];
+    const real y1 = r[4];
+    const real y2 = r[5];
+    const real y3 = r[0] - F[12] * y0 - F[13] * y1 - F[14] * y2;
+    const real y4 = r[1] - F[19] * y0 - F[20] * y1 - F[21] * y2 - F[22] * y3;
+    const real y5 = r[2] - F[26] * y0 - F[27] * y1 - F[28] * y2 - F[29] * y3 - F[30] * y4;
+    const real y6 = r[6] - F[33] * y3 - F[34] * y4 - F[35] * y5;
+    const real x6 = y6 * F[36];
+    const real x5 = y5 * F[31] - F[32] * x6;
+    const real x4 = y4 * F[23] - F[25] * x6 - F[24] * x5;
+    const real x3 = y3 * F[15] - F[18] * x6 - F[17] * x5 - F[16] * x4;
+    const real x2 = y2 * F[8] - F[11] * x5 - F[10] * x4 - F[9] * x3;
+    const real x1 = y1 * F[4] - F[7] * x5 - F[6] * x4 - F[5] * x3;
+    const real x0 = y0 * F[0] - F[3] * x5 - F[2] * x4 - F[1] * x3;
+    x[3] = x0;
+    x[4] = x1;
+    x[5] = x2;
+    x[0] = x3;
+    x[1] = x4;
+    x[2] = x5;
+    x[6] = x6;
+}
+
+/* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
+static int active_vehicle_factorize(active_vehicle_workspace *work)
+{
+    work->whole = 0;
+    if (active_vehicle_eliminate(work->entries, work->factors))
+        return 1;
+    work->whole = 1;
+    active_vehicle_spread(work->entries, work->matrix);
+    return active_vehicle_factor(work->matrix, work->pivot);
+}
+
+/* solution = S^-1 right. */
+static void active_vehicle_solve_step(active_vehicle_workspace *work)
+{
+    if (!work->whole) {
+        active_vehicle_substitute(work->factors, work->right, work->solution);
+        return;
+    }
+    memcpy(work->solution, work->right, sizeof work->solution);
+    active_vehicle_solve(work->matrix, work->pivot, work->solution);
+}
+
+/* Numbers of the partials at work->q, v, vdot, lam. */
+static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work)
+{
+    active_vehicle_partials(p, t, work->q, work->v, work->vdot, work->u, work->numbers + 0, work->numbers + 49, work->numbers + 98);
+    (void)p; (void)t; (void)work;
+}
+
+/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+static active_vehicle_status active_vehicle_accelerations(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+{
+    active_vehicle_forward_dynamics(p, t, work->q, work->v, work->u, work->vdot);
     ++statistics->evaluations;
-    (void)p; (void)t; (void)q; (void)v; (void)work;
-    return active_vehicle_finite(vdot, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
+    (void)p; (void)t;
+    return active_vehicle_finite(work->vdot, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
 void active_vehicle_default_settings(active_vehicle_settings *settings)
@@ -146,21 +426,18 @@ void active_vehicle_default_settings(active_vehicle_settings *settings)
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */
-typedef struct active_vehicle_coefficients {
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-} active_vehicle_coefficients;
-
 static active_vehicle_coefficients active_vehicle_coefficients_of(real rho)
 {
     active_vehicle_coefficients c;
+    c.rho_inf = rho;
     c.alpha_m = (K(2.0) * rho - K(1.0)) / (rho + K(1.0));
     c.alpha_f = rho / (rho + K(1.0));
     c.gamma = K(0.5) + c.alpha_f - c.alpha_m;
     c.beta = K(1.0) / ((K(1.0) + rho) * (K(1.0) + rho));
     c.b = (K(1.0) - c.alpha_m) / (c.beta * (K(1.0) - c.alpha_f));
     c.g = c.gamma / c.beta;
+    c.to_vdot = K(1.0) / (K(1.0) - c.alpha_f);
+    c.to_a = K(1.0) / (K(1.0) - c.alpha_m);
     return c;
 }
 
@@ -174,12 +451,12 @@ static int active_vehicle_settings_are_good(const active_vehicle_settings *s)
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * state->vdot becomes f(0). */
-static active_vehicle_status active_vehicle_start(const active_vehicle_parameters *p, const active_vehicle_coefficients *c, active_vehicle_state *state, real step,
+ * state->vdot becomes that of f(0). */
+static active_vehicle_status active_vehicle_start(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state, real step,
     const real *first, const real *last, real fraction, real length, active_vehicle_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
-    real vdot[7], slope[7];
+    real vdot[7], slope[7], increment[7];
     int stage, i;
     for (i = 0; i < 7; ++i)
         slope[i] = vdot[i] = K(0.0);
@@ -190,15 +467,16 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
         if (status != ACTIVE_VEHICLE_OK)
             return status;
         for (i = 0; i < 7; ++i) {
-            work->increment[i] = state->v[i] + K(0.5) * s * vdot[i];
+            increment[i] = state->v[i] + K(0.5) * s * vdot[i];
             work->v[i] = state->v[i] + s * vdot[i];
         }
-        active_vehicle_update(state->q, work->increment, s, work->q);
-        status = active_vehicle_acceleration(p, t, work->q, work->v, work->vdot, work, &state->statistics);
+        active_vehicle_update(state->q, increment, s, work->q);
+        status = active_vehicle_accelerations(p, t, work, &state->statistics);
         if (status != ACTIVE_VEHICLE_OK)
             return status;
-        if (stage == 0)
+        if (stage == 0) {
             memcpy(vdot, work->vdot, sizeof vdot);
+        }
         for (i = 0; i < 7; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
     }
@@ -206,184 +484,259 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
+    state->known = state->order = 0;
+    (void)settings;
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
 active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table)
 {
-    active_vehicle_coefficients c;
+    const real *last = u_table == NULL ? NULL : u_table + 4;
     active_vehicle_state start;
-    active_vehicle_status status;
+    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    real still[7];
     int i;
     if (!active_vehicle_settings_are_good(settings))
         return ACTIVE_VEHICLE_BAD_ARGUMENT;
     if (!active_vehicle_finite(&state->t, 1) || !active_vehicle_finite(state->q, 7) || !active_vehicle_finite(state->v, 7))
         return ACTIVE_VEHICLE_NOT_FINITE;
-    c = active_vehicle_coefficients_of(settings->rho_inf);
+    work->coefficients = active_vehicle_coefficients_of(settings->rho_inf);
     start = *state;
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 7; ++i)
-        work->increment[i] = K(0.0);
-    active_vehicle_update(state->q, work->increment, K(0.0), start.q); /* brings quaternions to unit length */
+        still[i] = K(0.0);
+    active_vehicle_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
     start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
-    work->rate = K(0.3);
-    status = active_vehicle_start(p, &c, &start, start.step, u_table, u_table == NULL ? NULL : u_table + 4, K(0.0), K(1.0), work);
+    work->rate_of_convergence = K(0.3);
+    if (status == ACTIVE_VEHICLE_OK)
+        status = active_vehicle_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
     if (status == ACTIVE_VEHICLE_OK)
         *state = start;
     return status;
 }
 
-/* S = b M + step g C + step^2 K T(step * increment), the derivative of step * r with respect to the increment, and its factors. */
+/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its factors. */
 static int active_vehicle_iteration_matrix(const active_vehicle_parameters *p, const active_vehicle_coefficients *c, real t, real step, active_vehicle_workspace *work)
 {
-    int i;
-    active_vehicle_partials(p, t, work->q, work->v, work->vdot, work->u, work->position_derivative, work->velocity_derivative, work->mass);
-    for (i = 0; i < 49; ++i)
-        work->matrix[i] = c->b * work->mass[i] + step * c->g * work->velocity_derivative[i];
-    for (i = 0; i < 49; ++i)
-        work->matrix[i] = work->matrix[i] + step * step * work->position_derivative[i];
-    (void)p; (void)t; (void)step;
+    active_vehicle_weights weights;
+    weights.M = c->b;
+    weights.C = step * c->g;
+    weights.K = step * step;
+    weights.B = c->g;
+    weights.Z = step;
+    active_vehicle_partial_numbers(p, t, work);
+    active_vehicle_assemble(&weights, work->tangents, NULL, work->numbers, work->entries);
     work->factored_step = K(0.0);
-    return active_vehicle_factor(work->matrix, work->pivot);
+    return active_vehicle_factorize(work);
 }
 
-/* Newton's iteration for one (sub-)step from `from` to `to`, which must be different; inputs and base at t have been prepared.
- *   unknown        D: q = q_n o exp(step D)
- *   kinematics     v = g D + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((D - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
- *   equilibrium    step r(q, v, vdot, t) = 0
- * The factors of an earlier step serve as long as the increments shrink well and until the iterations that they have cost more than
- * young ones did add up to the work of making new ones (buying once renting has cost as much). */
-static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
-    const active_vehicle_state *from, active_vehicle_state *to, real t, real step, int refresh, active_vehicle_workspace *work)
+/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+static void active_vehicle_move(const active_vehicle_state *from, real step, active_vehicle_workspace *work)
 {
-    real *D = work->increment;
+    int i;
+    for (i = 0; i < 7; ++i)
+        work->increment[i] = work->unknown[i];
+    active_vehicle_update(from->q, work->increment, step, work->q);
+    (void)from;
+}
+
+/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+static int active_vehicle_turns_too_far(real step, const active_vehicle_workspace *work)
+{
+    (void)step; (void)work;
+    return 0;
+}
+
+/* What forming and factoring the matrix costs, in iterations. */
+#define active_vehicle_FACTORS_COST K(3.7065972222222223)
+
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
+ * round-off when components differ much in size. */
+static void active_vehicle_tolerances(const active_vehicle_settings *settings, active_vehicle_workspace *work)
+{
+    real magnitude = K(0.0);
+    int i;
+    for (i = 0; i < 7; ++i)
+        magnitude = active_vehicle_larger(magnitude, EG_ABS(work->unknown[i]));
+    for (i = 0; i < 7; ++i)
+        work->per_tolerance[i] = settings->atol + K(8.0) * active_vehicle_EPSILON * magnitude;
+    for (i = 0; i < 7; ++i)
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
+ *   unknowns       E, step lam: q = q_n o exp(step E)
+ *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
+ *   equations      step r(q, v, vdot, lam, t) = 0
+ * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * again ever more rarely. */
+static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
+    const active_vehicle_state *from, real t, real step, int refresh, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+{
+    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    real *x = work->unknown;
     real previous = K(0.0);
-    real largest_residual;
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->excess > K(4.94212962962963);
-    for (i = 0; i < 7; ++i) { /* predictor: a_{n+1} = a_n */
-        D[i] = from->v[i] + K(0.5) * step * from->a[i];
-        work->v[i] = from->v[i] + step * from->a[i];
-        work->vdot[i] = (from->a[i] - c->alpha_f * from->vdot[i]) / (K(1.0) - c->alpha_f);
+        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > active_vehicle_FACTORS_COST + work->excess;
+    /* predictor: a and lam by a polynomial through their last values */
+    for (i = 0; i < 7; ++i) {
+        const real a = from->a[i];
+        real next = a;
+        if (from->order >= 1)
+            next = next + (a - from->a_before[i]);
+        if (from->order >= 2)
+            next = next + (a - K(2.0) * from->a_before[i] + from->a_before[7 + i]);
+        x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
+        work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
+        work->vdot[i] = ((K(1.0) - c->alpha_m) * next + c->alpha_m * a - c->alpha_f * from->vdot[i]) * c->to_vdot;
     }
+    if (active_vehicle_turns_too_far(step, work))
+        return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), magnitude = K(0.0), rate;
-        active_vehicle_update(from->q, D, step, work->q);
-        active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->vector);
-        ++to->statistics.evaluations;
-        if (!active_vehicle_finite(work->vector, 7))
-            return ACTIVE_VEHICLE_NOT_FINITE;
+        real error = K(0.0), rate;
+        active_vehicle_move(from, step, work);
+        active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
+        ++statistics->evaluations;
         if (factor) {
+            if (!active_vehicle_finite(work->right, 7))
+                return ACTIVE_VEHICLE_NOT_FINITE;
             if (!active_vehicle_iteration_matrix(p, c, t, step, work))
-                return active_vehicle_finite(work->matrix, 49) ? ACTIVE_VEHICLE_SINGULAR : ACTIVE_VEHICLE_NOT_FINITE;
-            ++to->statistics.factorizations;
+                return active_vehicle_finite(work->entries, 37) ? ACTIVE_VEHICLE_SINGULAR : ACTIVE_VEHICLE_NOT_FINITE;
+            ++statistics->factorizations;
             work->factored_step = step;
             work->factored_rho_inf = settings->rho_inf;
-            work->rate = K(0.3);
-            work->usual = 0;
-            work->excess = K(0.0);
+            work->rate_of_convergence = K(0.3);
             factor = 0;
             fresh = 1;
             since = 0;
         }
-        largest_residual = K(0.0);
+        for (i = 0; i < 7; ++i)
+            work->right[i] = -step * work->right[i];
+        active_vehicle_solve_step(work);
+        for (i = 0; i < 7; ++i)
+            x[i] = x[i] + work->solution[i];
         for (i = 0; i < 7; ++i) {
-            const real size = EG_ABS(work->vector[i]);
-            if (size > largest_residual)
-                largest_residual = size;
-            work->vector[i] = -step * work->vector[i];
+            work->v[i] = work->v[i] + c->g * work->solution[i];
+            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
         }
-        active_vehicle_solve(work->matrix, work->pivot, work->vector);
-        if (!active_vehicle_finite(work->vector, 7))
-            return ACTIVE_VEHICLE_NOT_FINITE;
+        if (iteration == 0)
+            active_vehicle_tolerances(settings, work);
         for (i = 0; i < 7; ++i) {
-            D[i] = D[i] + work->vector[i];
-            work->v[i] = work->v[i] + c->g * work->vector[i];
-            work->vdot[i] = work->vdot[i] + c->b / step * work->vector[i];
-            if (EG_ABS(D[i]) > magnitude)
-                magnitude = EG_ABS(D[i]);
-        }
-        /* weighted RMS of the increment; the last term keeps the demand above round-off when components differ much in size */
-        for (i = 0; i < 7; ++i) {
-            const real weighted = work->vector[i] / (settings->atol + settings->rtol * EG_ABS(D[i]) + K(8.0) * active_vehicle_EPSILON * magnitude);
+            const real weighted = work->solution[i] * work->per_tolerance[i];
             error = error + weighted * weighted;
         }
-        error = EG_SQRT(error / K(7.0));
-        ++to->statistics.newton_iterations;
+        error = EG_SQRT(error * K(0.14285714285714285));
+        if (!(error - error == K(0.0)))
+            return ACTIVE_VEHICLE_NOT_FINITE;
+        ++statistics->newton_iterations;
         ++since;
-        rate = since >= 2 ? error / previous : work->rate;
-        work->rate = rate;
-        /* accept when the increment is small and what the contraction promises to be left is so too */
-        if (error == K(0.0) || (error <= K(1.0) && rate < K(1.0) && error * rate <= K(1.0) - rate)) {
-            active_vehicle_update(from->q, D, step, to->q);
-            for (i = 0; i < 7; ++i) {
-                to->a[i] = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * from->vdot[i] - c->alpha_m * from->a[i]) / (K(1.0) - c->alpha_m);
-                to->v[i] = work->v[i];
-                to->vdot[i] = work->vdot[i];
+        rate = since >= 2 ? error / previous : work->rate_of_convergence;
+        work->rate_of_convergence = rate;
+        /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+            if (fresh) {
+                work->usual = since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+                if (work->pause > 0)
+                    --work->pause;
+            } else {
+                ++work->borrowed;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
+                if (work->last_excess <= active_vehicle_FACTORS_COST)
+                    work->streak = 0;
+                else if (work->borrowed == 1) { /* not even the next step can use them */
+                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                    work->pause = work->streak;
+                }
             }
-            to->t = t;
-            if (!fresh) { /* the first step with borrowed factors shows what they are worth when young; one iteration more is chance */
-                if (work->usual == 0)
-                    work->usual = since + 1;
-                work->excess = work->excess + (real)(since > work->usual ? since - work->usual : 0);
-            }
-            if (largest_residual > to->statistics.max_residual)
-                to->statistics.max_residual = largest_residual;
-            return active_vehicle_finite(to->q, 7) && active_vehicle_finite(to->v, 7) && active_vehicle_finite(to->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
+            for (i = 0; i < 7; ++i)
+                statistics->max_residual = active_vehicle_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            if (active_vehicle_turns_too_far(step, work))
+                return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
+            active_vehicle_move(from, step, work);
+            return active_vehicle_finite(work->q, 7) && active_vehicle_finite(work->v, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return ACTIVE_VEHICLE_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
+            if (!fresh && work->borrowed == 0) {
+                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                work->pause = work->streak;
+            }
             factor = 1;
+        }
         previous = error;
     }
     return ACTIVE_VEHICLE_NOT_CONVERGED;
 }
 
-/* One step of the grid as 2^level sub-steps, from `state` to `next`. */
+/* The state at the end of the step that is in work. */
+static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, active_vehicle_state *state, const active_vehicle_workspace *work)
+{
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    int i;
+    for (i = 0; i < 7; ++i) {
+        const real old = state->a[i], before = state->a_before[i];
+        const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
+        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[7 + i]);
+        missed[0] = missed[0] + first * first;
+        missed[1] = missed[1] + second * second;
+        missed[2] = missed[2] + third * third;
+        state->a_before[7 + i] = before;
+        state->a_before[i] = old;
+        state->a[i] = a;
+        state->v[i] = work->v[i];
+        state->vdot[i] = work->vdot[i];
+    }
+    if (state->known < 3)
+        ++state->known;
+    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
+    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
+        state->order = 2;
+    memcpy(state->q, work->q, sizeof state->q);
+    state->t = t;
+}
+
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static active_vehicle_status active_vehicle_substeps(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
-    const active_vehicle_state *state, active_vehicle_state *next, const real *first, const real *last, long level, int refresh, active_vehicle_workspace *work)
+    active_vehicle_state *state, const real *first, const real *last, long level, int refresh, active_vehicle_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts;
-    const active_vehicle_statistics statistics = next->statistics; /* of earlier attempts at this step */
-    active_vehicle_state from = *state;
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
     long part;
-    from.statistics = statistics;
     if (level > 0)
-        status = active_vehicle_start(p, c, &from, step, first, last, K(0.0), K(1.0) / (real)parts, work);
-    *next = from;
+        status = active_vehicle_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
     for (part = 1; part <= parts && status == ACTIVE_VEHICLE_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         status = active_vehicle_prepare(p, t, first, last, (real)part / (real)parts, work);
         if (status == ACTIVE_VEHICLE_OK)
-            status = active_vehicle_advance(p, settings, c, &from, next, t, step, refresh, work);
+            status = active_vehicle_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
         if (status == ACTIVE_VEHICLE_OK)
-            from = *next;
+            active_vehicle_accept(c, t, state, work);
     }
     if (level > 0 && status == ACTIVE_VEHICLE_OK)
-        status = active_vehicle_start(p, c, next, settings->step, first, last, K(1.0), K(1.0), work);
+        status = active_vehicle_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
     return status;
 }
 
-active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+/* One step with good settings. */
+static active_vehicle_status active_vehicle_take_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 4;
-    active_vehicle_coefficients c;
-    active_vehicle_state next;
     active_vehicle_status status;
     long level;
-    if (!active_vehicle_settings_are_good(settings))
-        return ACTIVE_VEHICLE_BAD_ARGUMENT;
     if (state->step != settings->step || state->rho_inf != settings->rho_inf) {
         const active_vehicle_statistics statistics = state->statistics;
         status = active_vehicle_initialize(p, settings, state, work, u_table);
@@ -391,24 +744,32 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
             return status;
         state->statistics = statistics;
     }
-    c = active_vehicle_coefficients_of(settings->rho_inf);
-    next = *state;
-    status = active_vehicle_substeps(p, settings, &c, state, &next, u_table, last, 0, 0, work);
-    if (status != ACTIVE_VEHICLE_OK && status != ACTIVE_VEHICLE_BAD_ARGUMENT)
-        status = active_vehicle_substeps(p, settings, &c, state, &next, u_table, last, 0, 1, work);
-    for (level = 1; level <= settings->max_halvings && status != ACTIVE_VEHICLE_OK && status != ACTIVE_VEHICLE_BAD_ARGUMENT; ++level) {
+    if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
+        work->coefficients = active_vehicle_coefficients_of(settings->rho_inf);
+    status = active_vehicle_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
+    if (status != ACTIVE_VEHICLE_OK && status != ACTIVE_VEHICLE_BAD_ARGUMENT && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE)
+        status = active_vehicle_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
+    for (level = 1; level <= settings->max_halvings && status != ACTIVE_VEHICLE_OK && status != ACTIVE_VEHICLE_BAD_ARGUMENT && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE; ++level) {
+        active_vehicle_state next = *state;
         ++next.statistics.halvings;
-        status = active_vehicle_substeps(p, settings, &c, state, &next, u_table, last, level, 0, work);
+        status = active_vehicle_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
+        if (status == ACTIVE_VEHICLE_OK)
+            *state = next;
+        state->statistics = next.statistics;
     }
-    state->statistics = next.statistics;
     if (status != ACTIVE_VEHICLE_OK) {
         work->factored_step = K(0.0);
         return status;
     }
-    ++next.statistics.steps;
-    next.count = state->count + 1;
-    *state = next;
+    ++state->statistics.steps;
+    ++state->count;
     return ACTIVE_VEHICLE_OK;
+}
+
+active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, const real *u_table)
+{
+    return active_vehicle_settings_are_good(settings) ? active_vehicle_take_step(p, settings, state, work, u_table) : ACTIVE_VEHICLE_BAD_ARGUMENT;
 }
 
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
@@ -416,9 +777,9 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
 {
     long k, rows = 0;
     int i;
-    active_vehicle_status status = ACTIVE_VEHICLE_OK;
-    for (k = 0; k < steps; ++k) {
-        status = active_vehicle_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
+    active_vehicle_status status = active_vehicle_settings_are_good(settings) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_BAD_ARGUMENT;
+    for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
+        status = active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
         if (status != ACTIVE_VEHICLE_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {

@@ -5,8 +5,91 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "active_vehicle.h"
+
+#if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
+#define PARAMETERS 4
+#define SETTINGS 8
+
+/* What name=value may set: tunable parameters, then inputs. */
+static const char *const setting_names[SETTINGS] = {
+    "damper_front",
+    "damper_rear",
+    "skyhook",
+    "coherence",
+    "left_front",
+    "left_rear",
+    "other_front",
+    "other_rear",
+};
+
+/* Inputs that are held constant; the others follow the scene, or are zero. */
+static int held[4];
+static real held_value[4];
+
+/* The inputs at time t. */
+static void fill_inputs(const active_vehicle_parameters *p, real t, real *u)
+{
+    int i;
+    (void)p;
+    (void)t;
+    active_vehicle_inputs(p, t, u);
+    for (i = 0; i < 4; ++i)
+        if (held[i])
+            u[i] = held_value[i];
+}
+
+/* Set a parameter, or hold an input constant, as name=value says. Returns 0, or 2 after a message. */
+static int set_by_name(const char *text, active_vehicle_parameters *p)
+{
+    const char *equals = strchr(text, '=');
+    size_t length = (size_t)(equals - text);
+    char *end;
+    double value = strtod(equals + 1, &end);
+    int k = 0;
+    while (k < SETTINGS && !(strlen(setting_names[k]) == length && memcmp(setting_names[k], text, length) == 0))
+        ++k;
+    if (k == SETTINGS) {
+        fprintf(stderr, "usage error: there is no tunable parameter or input '%.*s'; there are:", (int)length, text);
+        for (k = 0; k < SETTINGS; ++k)
+            fprintf(stderr, " %s", setting_names[k]);
+        fprintf(stderr, "\n");
+        return 2;
+    }
+    if (end == equals + 1 || *end != '\0' || !(value - value == 0.0)) {
+        fprintf(stderr, "usage error: %s: '%s' is not a finite number\n", setting_names[k], equals + 1);
+        return 2;
+    }
+    switch (k) {
+    case 0: p->p_damper_front = K(value); break;
+    case 1: p->p_damper_rear = K(value); break;
+    case 2: p->p_skyhook = K(value); break;
+    case 3: p->p_coherence = K(value); break;
+    default:
+        held[k - PARAMETERS] = 1;
+        held_value[k - PARAMETERS] = K(value);
+        break;
+    }
+    return 0;
+}
+
+/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
+static const real *inputs_over_step(const active_vehicle_parameters *p, real t, real step)
+{
+    static real rows[8];
+    int row;
+    int i, count = 0;
+    for (i = 0; i < 4; ++i)
+        count += held[i];
+    if (count == 0)
+        return NULL;
+    for (row = 0; row <= 1; ++row)
+        fill_inputs(p, t + step * (real)row / (real)1, rows + row * 4);
+    return rows;
+}
+#endif
 
 #if defined(EOMGEN_REAL_COMPLEX) || defined(EOMGEN_REAL_LANES)
 int main(void)
@@ -28,7 +111,7 @@ static void print_row(const active_vehicle_state *state)
     printf("\n");
 }
 
-/* active_vehicle [duration [step [every]]]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
+/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
 int main(int argc, char **argv)
 {
     static active_vehicle_workspace work;
@@ -36,19 +119,32 @@ int main(int argc, char **argv)
     active_vehicle_parameters p;
     active_vehicle_settings settings;
     active_vehicle_status status;
-    double duration = argc > 1 ? atof(argv[1]) : 1.0;
-    long every = argc > 3 ? atol(argv[3]) : 1, steps, k;
+    const char *words[3] = {NULL, NULL, NULL};
+    double duration;
+    long every, steps, k;
+    int i, count = 0;
     active_vehicle_default_parameters(&p);
     active_vehicle_default_settings(&settings);
     active_vehicle_default_state(&state);
-    if (argc > 2)
-        settings.step = (real)atof(argv[2]);
-    if (!(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
-        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]], all positive\n", argv[0]);
+    for (i = 1; i < argc; ++i) {
+        if (strchr(argv[i], '=') == NULL) {
+            if (count < 3)
+                words[count] = argv[i];
+            ++count;
+        } else if (set_by_name(argv[i], &p) != 0) {
+            return 2;
+        }
+    }
+    duration = words[0] != NULL ? atof(words[0]) : 1.0;
+    if (words[1] != NULL)
+        settings.step = (real)atof(words[1]);
+    every = words[2] != NULL ? atol(words[2]) : 1;
+    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
+        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n", argv[0]);
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = active_vehicle_initialize(&p, &settings, &state, &work, NULL);
+    status = active_vehicle_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
     if (status == ACTIVE_VEHICLE_OK) {
         printf("t");
         for (k = 0; k < 7; ++k)
@@ -61,7 +157,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == ACTIVE_VEHICLE_OK; ++k) {
-        status = active_vehicle_step(&p, &settings, &state, &work, NULL);
+        status = active_vehicle_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
         if (status == ACTIVE_VEHICLE_OK && k % every == 0)
             print_row(&state);
     }

@@ -105,7 +105,8 @@ typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     FREE_SPINNING_BODY_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     FREE_SPINNING_BODY_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    FREE_SPINNING_BODY_BAD_ARGUMENT = 4   /* a setting is out of its range, or an input has neither a formula nor a table */
+    FREE_SPINNING_BODY_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } free_spinning_body_status;
 
 typedef struct free_spinning_body_settings {
@@ -129,6 +130,9 @@ typedef struct free_spinning_body_state {
     real v[6];
     real vdot[6];
     real a[6];  /* algorithmic acceleration */
+    real a_before[12];  /* those of the last two steps, newest first, for predictions */
+    long known;       /* how many steps there are to predict from, at most 3 */
+    long order;       /* of the polynomial that would have predicted the last step best */
     real rho_inf;     /* a belongs to it and to step */
     real step;        /* t = origin + count * step */
     real origin;
@@ -136,24 +140,39 @@ typedef struct free_spinning_body_state {
     free_spinning_body_statistics statistics;
 } free_spinning_body_state;
 
+/* Coefficients for a spectral radius at infinite frequency. */
+typedef struct free_spinning_body_coefficients {
+    real rho_inf;
+    real alpha_m, alpha_f, beta, gamma;
+    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    real g; /* gamma/beta: d v/d increment */
+    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+} free_spinning_body_coefficients;
+
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct free_spinning_body_workspace {
     real u[1];
     real q[7];
     real v[6];
     real vdot[6];
-    real vector[6];
-    real matrix[36];  /* LU factors of the iteration matrix */
+    real unknown[6];      /* E, step lam */
+    real increment[6];     /* the exponent is step * increment */
+    real right[6], solution[6], per_tolerance[6];
+    real numbers[108];     /* of the partials, and their products with T */
+    real tangents[1];
+    real entries[24];     /* nonzeros of the iteration matrix */
+    real factors[26];
+    int whole;                /* the factors in use are those of the whole matrix */
     int pivot[6];
-    real mass[36];
-    real velocity_derivative[36];
-    real position_derivative[36];
-    real increment[6];    /* mean velocity over the step, in the Lie algebra: q_new = q o exp(step * increment) */
-    real factored_step;         /* step that the factors belong to, 0 when there are none */
+    real matrix[36];
+    free_spinning_body_coefficients coefficients;
+    real factored_step;       /* step that the factors belong to, 0 when there are none */
     real factored_rho_inf;
-    real rate;                  /* last observed contraction of the Newton increments */
-    real excess;                /* iterations since the factorization beyond the usual number */
-    long usual;                 /* that is one more than the first step after the factorization took */
+    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    long usual;               /* iterations of a step with factors of its own */
+    long borrowed;            /* steps since then */
+    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } free_spinning_body_workspace;
 
 /* English text of a status. */

@@ -17,6 +17,8 @@
 #define free_spinning_body_EPSILON K(2.220446049250313e-16)
 #endif
 
+static real free_spinning_body_larger(real x, real y) { return x > y ? x : y; }
+
 /* out = q o exp(theta), the quaternion at unit length, on SE3. */
 static void free_spinning_body_update_se3(const real *q, const real *theta, real *out)
 {
@@ -26,16 +28,16 @@ static void free_spinning_body_update_se3(const real *q, const real *theta, real
     const real x4 = (x1 + x2) + x3;
     const real x5 = K(0.25) * x4;
     const real x6 = EG_LT(x5, K(0.25));
-    const real x7 = EG_SQRT(EG_SELECT(x6, K(1.0), x5));
+    const real x7 = EG_SQRT((x6 != K(0.0) ? K(1.0) : x5));
     const real x8 = x5 * (x5 * (x5 * (x5 * (K(1.911790932954954e-13) * x4 - K(1.6059043836821613e-10)) + K(2.505210838544172e-08)) - K(2.7557319223985893e-06)) + K(0.0001984126984126984)) - K(0.008333333333333333);
-    const real x9 = EG_SELECT(x6, K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)), EG_SIN(x7) / x7);
+    const real x9 = (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)) : EG_SIN(x7) / x7);
     const real x10 = x5 * (x5 * (x5 * (x5 * (K(2.867686399432431e-12) * x4 - K(2.08767569878681e-09)) + K(2.755731922398589e-07)) - K(2.48015873015873e-05)) + K(0.001388888888888889)) - K(0.041666666666666664);
-    const real x11 = EG_SELECT(x6, K(1.0) - x5 * (x5 * x10 + K(0.5)), EG_COS(x7));
+    const real x11 = (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x10 + K(0.5)) : EG_COS(x7));
     const real x12 = K(0.5) * (x9 * x9);
     const real x13 = EG_LT(x4, K(9.869604401089358));
     const real x14 = x4 * (x4 * (x4 * (x4 * (K(1.216125041553518e-34) * x4 - K(1.1309962886447716e-31)) + K(9.183689863795546e-29)) - K(6.446950284384474e-26)) + K(3.868170170630684e-23)) - K(1.9572941063391263e-20);
     const real x15 = K(2.505210838544172e-08) - x4 * (K(1.6059043836821613e-10) - x4 * (K(7.647163731819816e-13) + x4 * (x4 * (x4 * x14 + K(8.22063524662433e-18)) - K(2.8114572543455206e-15))));
-    const real x16 = EG_SELECT(x13, K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x15))), (K(1.0) - x9 * x11) / EG_SELECT(x13, K(1.0), x4));
+    const real x16 = (x13 != K(0.0) ? K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x15))) : (K(1.0) - x9 * x11) / (x13 != K(0.0) ? K(1.0) : x4));
     const real x17 = theta[2] * x12;
     const real x18 = theta[1] * x12;
     const real x19 = theta[0] * x12;
@@ -91,24 +93,24 @@ static void free_spinning_body_tangent_se3(const real *theta, real *out)
     const real x4 = (x1 + x2) + x3;
     const real x5 = K(0.25) * x4;
     const real x6 = EG_LT(x5, K(0.25));
-    const real x7 = EG_SQRT(EG_SELECT(x6, K(1.0), x5));
+    const real x7 = EG_SQRT((x6 != K(0.0) ? K(1.0) : x5));
     const real x8 = x5 * (x5 * (x5 * (x5 * (K(1.911790932954954e-13) * x4 - K(1.6059043836821613e-10)) + K(2.505210838544172e-08)) - K(2.7557319223985893e-06)) + K(0.0001984126984126984)) - K(0.008333333333333333);
-    const real x9 = EG_SELECT(x6, K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)), EG_SIN(x7) / x7);
+    const real x9 = (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)) : EG_SIN(x7) / x7);
     const real x10 = x5 * (x5 * (x5 * (x5 * (K(2.867686399432431e-12) * x4 - K(2.08767569878681e-09)) + K(2.755731922398589e-07)) - K(2.48015873015873e-05)) + K(0.001388888888888889)) - K(0.041666666666666664);
-    const real x11 = x9 * EG_SELECT(x6, K(1.0) - x5 * (x5 * x10 + K(0.5)), EG_COS(x7));
+    const real x11 = x9 * (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x10 + K(0.5)) : EG_COS(x7));
     const real x12 = x9 * x9;
     const real x13 = K(0.5) * x12;
     const real x14 = EG_LT(x4, K(9.869604401089358));
-    const real x15 = EG_SELECT(x14, K(1.0), x4);
+    const real x15 = (x14 != K(0.0) ? K(1.0) : x4);
     const real x16 = x4 * (x4 * (x4 * (x4 * (K(1.216125041553518e-34) * x4 - K(1.1309962886447716e-31)) + K(9.183689863795546e-29)) - K(6.446950284384474e-26)) + K(3.868170170630684e-23)) - K(1.9572941063391263e-20);
     const real x17 = K(2.505210838544172e-08) - x4 * (K(1.6059043836821613e-10) - x4 * (K(7.647163731819816e-13) + x4 * (x4 * (x4 * x16 + K(8.22063524662433e-18)) - K(2.8114572543455206e-15))));
-    const real x18 = EG_SELECT(x14, K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x17))), (K(1.0) - x11) / x15);
+    const real x18 = (x14 != K(0.0) ? K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x17))) : (K(1.0) - x11) / x15);
     const real x19 = x4 * (x4 * (x4 * (x4 * (K(1.140117226456423e-34) * x4 - K(1.0555965360684537e-31)) + K(8.527712016381578e-29)) - K(5.951031031739514e-26)) + K(3.54582265641146e-23)) - K(1.7793582784901146e-20);
     const real x20 = x4 * (x4 * (x4 * (x4 * (x4 * x19 + K(7.398571721961897e-18)) - K(2.499073114973796e-15)) + K(6.691268265342339e-13)) - K(1.376489471727567e-10)) + K(2.08767569878681e-08);
-    const real x21 = EG_SELECT(x14, x4 * (x4 * (x4 * (x4 * x20 - K(2.204585537918871e-06)) + K(0.00014880952380952382)) - K(0.005555555555555556)) + K(0.08333333333333333), (-((x11 - x12) / x15)));
+    const real x21 = (x14 != K(0.0) ? x4 * (x4 * (x4 * (x4 * x20 - K(2.204585537918871e-06)) + K(0.00014880952380952382)) - K(0.005555555555555556)) + K(0.08333333333333333) : (-((x11 - x12) / x15)));
     const real x22 = x4 * (x4 * (x4 * (x4 * (K(3.4549006862315854e-36) * x4 - K(3.4051501163498504e-33)) + K(2.9405903504764064e-30)) - K(2.204085567310931e-27)) + K(1.4183290625645841e-24)) - K(7.736340341261368e-22);
     const real x23 = x4 * (x4 * (x4 * (x4 * (x4 * x22 + K(3.523129391410427e-19)) - K(1.3153016394598927e-16)) + K(3.936040156083729e-14)) - K(9.17659647818378e-12)) + K(1.6059043836821615e-09);
-    const real x24 = EG_SELECT(x14, x4 * (x4 * (x4 * (x4 * x23 - K(2.0041686708353376e-07)) + K(1.6534391534391536e-05)) - K(0.0007936507936507937)) + K(0.016666666666666666), (-((x13 - K(3.0) * x18) / x15)));
+    const real x24 = (x14 != K(0.0) ? x4 * (x4 * (x4 * (x4 * x23 - K(2.0041686708353376e-07)) + K(1.6534391534391536e-05)) - K(0.0007936507936507937)) + K(0.016666666666666666) : (-((x13 - K(3.0) * x18) / x15)));
     const real x25 = x1 - x4;
     const real x26 = theta[0] * theta[1];
     const real x27 = theta[0] * theta[2];
@@ -196,6 +198,7 @@ const char *free_spinning_body_status_text(free_spinning_body_status status)
     case FREE_SPINNING_BODY_SINGULAR: return "the mass or iteration matrix is singular";
     case FREE_SPINNING_BODY_NOT_FINITE: return "a value became infinite or not a number";
     case FREE_SPINNING_BODY_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case FREE_SPINNING_BODY_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
 }
@@ -222,6 +225,41 @@ static free_spinning_body_status free_spinning_body_prepare(const free_spinning_
     (void)first; (void)last; (void)fraction;
     (void)p; (void)t; (void)work;
     return FREE_SPINNING_BODY_OK;
+}
+
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the constraints. */
+typedef struct free_spinning_body_weights {
+    real M, C, K, B, Z;
+} free_spinning_body_weights;
+
+/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian: B at the start. */
+static void free_spinning_body_assemble(const free_spinning_body_weights *c, const real *restrict T, const real *restrict jacobian, real *restrict w, real *restrict S)
+{
+    S[0] = c->M * w[72];
+    S[1] = c->C * w[37];
+    S[2] = c->C * w[38];
+    S[3] = c->C * w[42];
+    S[4] = c->M * w[79];
+    S[5] = c->C * w[44];
+    S[6] = c->C * w[48];
+    S[7] = c->C * w[49];
+    S[8] = c->M * w[86];
+    S[9] = c->C * w[55];
+    S[10] = c->C * w[56];
+    S[11] = c->M * w[93];
+    S[12] = c->C * w[58];
+    S[13] = c->C * w[59];
+    S[14] = c->C * w[60];
+    S[15] = c->C * w[62];
+    S[16] = c->C * w[63];
+    S[17] = c->M * w[100];
+    S[18] = c->C * w[65];
+    S[19] = c->C * w[66];
+    S[20] = c->C * w[67];
+    S[21] = c->C * w[69];
+    S[22] = c->C * w[70];
+    S[23] = c->M * w[107];
+    (void)c; (void)T; (void)jacobian; (void)w;
 }
 
 /* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
@@ -277,13 +315,187 @@ static void free_spinning_body_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* vdot from r(q, v, vdot, t, u) = 0; inputs and base must have been prepared. */
-static free_spinning_body_status free_spinning_body_acceleration(const free_spinning_body_parameters *p, real t, const real *q, const real *v, real *vdot, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+/* The whole matrix from its nonzeros. */
+static void free_spinning_body_spread(const real *S, real *A)
 {
-    free_spinning_body_forward_dynamics(q, v, vdot);
+    static const int place[24] = {
+0, 1, 2, 6, 7, 8, 12, 13, 14, 19, 20, 21, 22, 23, 24, 26, 
+27, 28, 29, 30, 31, 33, 34, 35, 
+    };
+    int i;
+    memset(A, 0, 36 * sizeof *A);
+    for (i = 0; i < 24; ++i)
+        A[place[i]] = S[i];
+}
+
+/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+#define free_spinning_body_SMALLEST_PIVOT K(1e-12)
+
+/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
+ * pivot is too small. 17 multiply-subtracts. */
+static int free_spinning_body_eliminate(const real *restrict S, real *restrict F)
+{
+    { /* row 0, column 0 */
+        real a0 = S[0];
+        real a1 = S[1];
+        real a2 = S[2];
+        if (!(EG_ABS(a0) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a1) + EG_ABS(a2))))
+            return 0;
+        a0 = K(1.0) / a0;
+        F[0] = a0;
+        F[1] = a1 * a0;
+        F[2] = a2 * a0;
+    }
+    { /* row 1, column 1 */
+        real a3 = S[3];
+        real a4 = S[4];
+        real a5 = S[5];
+        a4 = a4 - a3 * F[1];
+        a5 = a5 - a3 * F[2];
+        F[3] = a3 * F[0];
+        if (!(EG_ABS(a4) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a5))))
+            return 0;
+        a4 = K(1.0) / a4;
+        F[4] = a4;
+        F[5] = a5 * a4;
+    }
+    { /* row 2, column 2 */
+        real a6 = S[6];
+        real a7 = S[7];
+        real a8 = S[8];
+        a7 = a7 - a6 * F[1];
+        a8 = a8 - a6 * F[2];
+        F[6] = a6 * F[0];
+        a8 = a8 - a7 * F[5];
+        F[7] = a7 * F[4];
+        if (!(EG_ABS(a8) > K(0.0)))
+            return 0;
+        a8 = K(1.0) / a8;
+        F[8] = a8;
+    }
+    { /* row 3, column 3 */
+        real a9 = S[9];
+        real a10 = S[10];
+        real a11 = S[11];
+        real a12 = S[12];
+        real a13 = S[13];
+        a10 = a10 - a9 * F[5];
+        F[9] = a9 * F[4];
+        F[10] = a10 * F[8];
+        if (!(EG_ABS(a11) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a12) + EG_ABS(a13))))
+            return 0;
+        a11 = K(1.0) / a11;
+        F[11] = a11;
+        F[12] = a12 * a11;
+        F[13] = a13 * a11;
+    }
+    { /* row 4, column 4 */
+        real a14 = S[14];
+        real a15 = K(0.0);
+        real a16 = S[15];
+        real a17 = S[16];
+        real a18 = S[17];
+        real a19 = S[18];
+        a15 = a15 - a14 * F[1];
+        a16 = a16 - a14 * F[2];
+        F[14] = a14 * F[0];
+        a16 = a16 - a15 * F[5];
+        F[15] = a15 * F[4];
+        F[16] = a16 * F[8];
+        a18 = a18 - a17 * F[12];
+        a19 = a19 - a17 * F[13];
+        F[17] = a17 * F[11];
+        if (!(EG_ABS(a18) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a19))))
+            return 0;
+        a18 = K(1.0) / a18;
+        F[18] = a18;
+        F[19] = a19 * a18;
+    }
+    { /* row 5, column 5 */
+        real a20 = S[19];
+        real a21 = S[20];
+        real a22 = K(0.0);
+        real a23 = S[21];
+        real a24 = S[22];
+        real a25 = S[23];
+        a21 = a21 - a20 * F[1];
+        a22 = a22 - a20 * F[2];
+        F[20] = a20 * F[0];
+        a22 = a22 - a21 * F[5];
+        F[21] = a21 * F[4];
+        F[22] = a22 * F[8];
+        a24 = a24 - a23 * F[12];
+        a25 = a25 - a23 * F[13];
+        F[23] = a23 * F[11];
+        a25 = a25 - a24 * F[19];
+        F[24] = a24 * F[18];
+        if (!(EG_ABS(a25) > K(0.0)))
+            return 0;
+        a25 = K(1.0) / a25;
+        F[25] = a25;
+    }
+    return 1;
+}
+
+/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
+static void free_spinning_body_substitute(const real *restrict F, const real *restrict r, real *restrict x)
+{
+    const real y0 = r[0];
+    const real y1 = r[1] - F[3] * y0;
+    const real y2 = r[2] - F[6] * y0 - F[7] * y1;
+    const real y3 = r[3] - F[9] * y1 - F[10] * y2;
+    const real y4 = r[4] - F[14] * y0 - F[15] * y1 - F[16] * y2 - F[17] * y3;
+    const real y5 = r[5] - F[20] * y0 - F[21] * y1 - F[22] * y2 - F[23] * y3 - F[24] * y4;
+    const real x5 = y5 * F[25];
+    const real x4 = y4 * F[18] - F[19] * x5;
+    const real x3 = y3 * F[11] - F[13] * x5 - F[12] * x4;
+    const real x2 = y2 * F[8];
+    const real x1 = y1 * F[4] - F[5] * x2;
+    const real x0 = y0 * F[0] - F[2] * x2 - F[1] * x1;
+    x[0] = x0;
+    x[1] = x1;
+    x[2] = x2;
+    x[3] = x3;
+    x[4] = x4;
+    x[5] = x5;
+}
+
+/* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
+static int free_spinning_body_factorize(free_spinning_body_workspace *work)
+{
+    work->whole = 0;
+    if (free_spinning_body_eliminate(work->entries, work->factors))
+        return 1;
+    work->whole = 1;
+    free_spinning_body_spread(work->entries, work->matrix);
+    return free_spinning_body_factor(work->matrix, work->pivot);
+}
+
+/* solution = S^-1 right. */
+static void free_spinning_body_solve_step(free_spinning_body_workspace *work)
+{
+    if (!work->whole) {
+        free_spinning_body_substitute(work->factors, work->right, work->solution);
+        return;
+    }
+    memcpy(work->solution, work->right, sizeof work->solution);
+    free_spinning_body_solve(work->matrix, work->pivot, work->solution);
+}
+
+/* Numbers of the partials at work->q, v, vdot, lam. */
+static void free_spinning_body_partial_numbers(const free_spinning_body_parameters *p, real t, free_spinning_body_workspace *work)
+{
+    free_spinning_body_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 36, work->numbers + 72);
+    (void)p; (void)t; (void)work;
+}
+
+/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+static free_spinning_body_status free_spinning_body_accelerations(const free_spinning_body_parameters *p, real t, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+{
+    free_spinning_body_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
-    (void)p; (void)t; (void)q; (void)v; (void)work;
-    return free_spinning_body_finite(vdot, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
+    (void)p; (void)t;
+    return free_spinning_body_finite(work->vdot, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
 void free_spinning_body_default_settings(free_spinning_body_settings *settings)
@@ -303,21 +515,18 @@ void free_spinning_body_default_settings(free_spinning_body_settings *settings)
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */
-typedef struct free_spinning_body_coefficients {
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-} free_spinning_body_coefficients;
-
 static free_spinning_body_coefficients free_spinning_body_coefficients_of(real rho)
 {
     free_spinning_body_coefficients c;
+    c.rho_inf = rho;
     c.alpha_m = (K(2.0) * rho - K(1.0)) / (rho + K(1.0));
     c.alpha_f = rho / (rho + K(1.0));
     c.gamma = K(0.5) + c.alpha_f - c.alpha_m;
     c.beta = K(1.0) / ((K(1.0) + rho) * (K(1.0) + rho));
     c.b = (K(1.0) - c.alpha_m) / (c.beta * (K(1.0) - c.alpha_f));
     c.g = c.gamma / c.beta;
+    c.to_vdot = K(1.0) / (K(1.0) - c.alpha_f);
+    c.to_a = K(1.0) / (K(1.0) - c.alpha_m);
     return c;
 }
 
@@ -331,12 +540,12 @@ static int free_spinning_body_settings_are_good(const free_spinning_body_setting
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * state->vdot becomes f(0). */
-static free_spinning_body_status free_spinning_body_start(const free_spinning_body_parameters *p, const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step,
+ * state->vdot becomes that of f(0). */
+static free_spinning_body_status free_spinning_body_start(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step,
     const real *first, const real *last, real fraction, real length, free_spinning_body_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
-    real vdot[6], slope[6];
+    real vdot[6], slope[6], increment[6];
     int stage, i;
     for (i = 0; i < 6; ++i)
         slope[i] = vdot[i] = K(0.0);
@@ -347,15 +556,16 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
         if (status != FREE_SPINNING_BODY_OK)
             return status;
         for (i = 0; i < 6; ++i) {
-            work->increment[i] = state->v[i] + K(0.5) * s * vdot[i];
+            increment[i] = state->v[i] + K(0.5) * s * vdot[i];
             work->v[i] = state->v[i] + s * vdot[i];
         }
-        free_spinning_body_update(state->q, work->increment, s, work->q);
-        status = free_spinning_body_acceleration(p, t, work->q, work->v, work->vdot, work, &state->statistics);
+        free_spinning_body_update(state->q, increment, s, work->q);
+        status = free_spinning_body_accelerations(p, t, work, &state->statistics);
         if (status != FREE_SPINNING_BODY_OK)
             return status;
-        if (stage == 0)
+        if (stage == 0) {
             memcpy(vdot, work->vdot, sizeof vdot);
+        }
         for (i = 0; i < 6; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
     }
@@ -363,199 +573,263 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
+    state->known = state->order = 0;
+    (void)settings;
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
 free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table)
 {
-    free_spinning_body_coefficients c;
+    const real *last = u_table == NULL ? NULL : u_table + 0;
     free_spinning_body_state start;
-    free_spinning_body_status status;
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    real still[6];
     int i;
     if (!free_spinning_body_settings_are_good(settings))
         return FREE_SPINNING_BODY_BAD_ARGUMENT;
     if (!free_spinning_body_finite(&state->t, 1) || !free_spinning_body_finite(state->q, 7) || !free_spinning_body_finite(state->v, 6))
         return FREE_SPINNING_BODY_NOT_FINITE;
-    c = free_spinning_body_coefficients_of(settings->rho_inf);
+    work->coefficients = free_spinning_body_coefficients_of(settings->rho_inf);
     start = *state;
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 6; ++i)
-        work->increment[i] = K(0.0);
-    free_spinning_body_update(state->q, work->increment, K(0.0), start.q); /* brings quaternions to unit length */
+        still[i] = K(0.0);
+    free_spinning_body_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
     start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
-    work->rate = K(0.3);
-    status = free_spinning_body_start(p, &c, &start, start.step, u_table, u_table == NULL ? NULL : u_table + 0, K(0.0), K(1.0), work);
+    work->rate_of_convergence = K(0.3);
+    if (status == FREE_SPINNING_BODY_OK)
+        status = free_spinning_body_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
     if (status == FREE_SPINNING_BODY_OK)
         *state = start;
     return status;
 }
 
-/* S = b M + step g C + step^2 K T(step * increment), the derivative of step * r with respect to the increment, and its factors. */
+/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its factors. */
 static int free_spinning_body_iteration_matrix(const free_spinning_body_parameters *p, const free_spinning_body_coefficients *c, real t, real step, free_spinning_body_workspace *work)
 {
-    int i;
-    int j, k;
-    real theta[6], T[18], row[6];
-    free_spinning_body_partials(work->q, work->v, work->vdot, work->position_derivative, work->velocity_derivative, work->mass);
-    for (i = 0; i < 36; ++i)
-        work->matrix[i] = c->b * work->mass[i] + step * c->g * work->velocity_derivative[i];
-    for (i = 0; i < 6; ++i)
-        theta[i] = step * work->increment[0 + i];
-    free_spinning_body_tangent_se3(theta, T);
-    for (i = 0; i < 6; ++i) {
-        real *K_row = work->position_derivative + i * 6 + 0;
-        for (j = 0; j < 3; ++j) {
-            row[j] = K_row[0] * T[j] + K_row[1] * T[3 + j] + K_row[2] * T[6 + j];
-            row[j] = row[j] + (K_row[3] * T[9 + j] + K_row[4] * T[12 + j] + K_row[5] * T[15 + j]);
-            row[3 + j] = K_row[3] * T[j] + K_row[4] * T[3 + j] + K_row[5] * T[6 + j];
-        }
-        for (k = 0; k < 6; ++k)
-            K_row[k] = row[k];
-    }
-    for (i = 0; i < 36; ++i)
-        work->matrix[i] = work->matrix[i] + step * step * work->position_derivative[i];
-    (void)p; (void)t; (void)step;
+    free_spinning_body_weights weights;
+    weights.M = c->b;
+    weights.C = step * c->g;
+    weights.K = step * step;
+    weights.B = c->g;
+    weights.Z = step;
+    free_spinning_body_partial_numbers(p, t, work);
+    free_spinning_body_assemble(&weights, work->tangents, NULL, work->numbers, work->entries);
     work->factored_step = K(0.0);
-    return free_spinning_body_factor(work->matrix, work->pivot);
+    return free_spinning_body_factorize(work);
 }
 
-/* Newton's iteration for one (sub-)step from `from` to `to`, which must be different; inputs and base at t have been prepared.
- *   unknown        D: q = q_n o exp(step D)
- *   kinematics     v = g D + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((D - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
- *   equilibrium    step r(q, v, vdot, t) = 0
- * The factors of an earlier step serve as long as the increments shrink well and until the iterations that they have cost more than
- * young ones did add up to the work of making new ones (buying once renting has cost as much). */
-static free_spinning_body_status free_spinning_body_advance(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
-    const free_spinning_body_state *from, free_spinning_body_state *to, real t, real step, int refresh, free_spinning_body_workspace *work)
+/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+static void free_spinning_body_move(const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
 {
-    real *D = work->increment;
+    int i;
+    for (i = 0; i < 6; ++i)
+        work->increment[i] = work->unknown[i];
+    free_spinning_body_update(from->q, work->increment, step, work->q);
+    (void)from;
+}
+
+/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+static int free_spinning_body_turns_too_far(real step, const free_spinning_body_workspace *work)
+{
+    const real *w;
+    const real limit = K(0.9) * K(6.283185307179586) / step;
+    w = work->unknown + 0;
+    if (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > limit * limit)
+        return 1;
+    return 0;
+}
+
+/* What forming and factoring the matrix costs, in iterations. */
+#define free_spinning_body_FACTORS_COST K(0.5401929260450161)
+
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
+ * round-off when components differ much in size. */
+static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, free_spinning_body_workspace *work)
+{
+    real magnitude = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i)
+        magnitude = free_spinning_body_larger(magnitude, EG_ABS(work->unknown[i]));
+    for (i = 0; i < 6; ++i)
+        work->per_tolerance[i] = settings->atol + K(8.0) * free_spinning_body_EPSILON * magnitude;
+    for (i = 0; i < 6; ++i)
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
+ *   unknowns       E, step lam: q = q_n o exp(step E)
+ *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
+ *   equations      step r(q, v, vdot, lam, t) = 0
+ * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * again ever more rarely. */
+static free_spinning_body_status free_spinning_body_advance(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    const free_spinning_body_state *from, real t, real step, int refresh, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+{
+    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    real *x = work->unknown;
     real previous = K(0.0);
-    real largest_residual;
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->excess > K(1.3670886075949367);
-    for (i = 0; i < 6; ++i) { /* predictor: a_{n+1} = a_n */
-        D[i] = from->v[i] + K(0.5) * step * from->a[i];
-        work->v[i] = from->v[i] + step * from->a[i];
-        work->vdot[i] = (from->a[i] - c->alpha_f * from->vdot[i]) / (K(1.0) - c->alpha_f);
+        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > free_spinning_body_FACTORS_COST + work->excess;
+    /* predictor: a and lam by a polynomial through their last values */
+    for (i = 0; i < 6; ++i) {
+        const real a = from->a[i];
+        real next = a;
+        if (from->order >= 1)
+            next = next + (a - from->a_before[i]);
+        if (from->order >= 2)
+            next = next + (a - K(2.0) * from->a_before[i] + from->a_before[6 + i]);
+        x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
+        work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
+        work->vdot[i] = ((K(1.0) - c->alpha_m) * next + c->alpha_m * a - c->alpha_f * from->vdot[i]) * c->to_vdot;
     }
+    if (free_spinning_body_turns_too_far(step, work))
+        return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), magnitude = K(0.0), rate;
-        free_spinning_body_update(from->q, D, step, work->q);
-        free_spinning_body_residual(work->q, work->v, work->vdot, work->vector);
-        ++to->statistics.evaluations;
-        if (!free_spinning_body_finite(work->vector, 6))
-            return FREE_SPINNING_BODY_NOT_FINITE;
+        real error = K(0.0), rate;
+        free_spinning_body_move(from, step, work);
+        free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
+        ++statistics->evaluations;
         if (factor) {
+            if (!free_spinning_body_finite(work->right, 6))
+                return FREE_SPINNING_BODY_NOT_FINITE;
             if (!free_spinning_body_iteration_matrix(p, c, t, step, work))
-                return free_spinning_body_finite(work->matrix, 36) ? FREE_SPINNING_BODY_SINGULAR : FREE_SPINNING_BODY_NOT_FINITE;
-            ++to->statistics.factorizations;
+                return free_spinning_body_finite(work->entries, 24) ? FREE_SPINNING_BODY_SINGULAR : FREE_SPINNING_BODY_NOT_FINITE;
+            ++statistics->factorizations;
             work->factored_step = step;
             work->factored_rho_inf = settings->rho_inf;
-            work->rate = K(0.3);
-            work->usual = 0;
-            work->excess = K(0.0);
+            work->rate_of_convergence = K(0.3);
             factor = 0;
             fresh = 1;
             since = 0;
         }
-        largest_residual = K(0.0);
+        for (i = 0; i < 6; ++i)
+            work->right[i] = -step * work->right[i];
+        free_spinning_body_solve_step(work);
+        for (i = 0; i < 6; ++i)
+            x[i] = x[i] + work->solution[i];
         for (i = 0; i < 6; ++i) {
-            const real size = EG_ABS(work->vector[i]);
-            if (size > largest_residual)
-                largest_residual = size;
-            work->vector[i] = -step * work->vector[i];
+            work->v[i] = work->v[i] + c->g * work->solution[i];
+            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
         }
-        free_spinning_body_solve(work->matrix, work->pivot, work->vector);
-        if (!free_spinning_body_finite(work->vector, 6))
-            return FREE_SPINNING_BODY_NOT_FINITE;
+        if (iteration == 0)
+            free_spinning_body_tolerances(settings, work);
         for (i = 0; i < 6; ++i) {
-            D[i] = D[i] + work->vector[i];
-            work->v[i] = work->v[i] + c->g * work->vector[i];
-            work->vdot[i] = work->vdot[i] + c->b / step * work->vector[i];
-            if (EG_ABS(D[i]) > magnitude)
-                magnitude = EG_ABS(D[i]);
-        }
-        /* weighted RMS of the increment; the last term keeps the demand above round-off when components differ much in size */
-        for (i = 0; i < 6; ++i) {
-            const real weighted = work->vector[i] / (settings->atol + settings->rtol * EG_ABS(D[i]) + K(8.0) * free_spinning_body_EPSILON * magnitude);
+            const real weighted = work->solution[i] * work->per_tolerance[i];
             error = error + weighted * weighted;
         }
-        error = EG_SQRT(error / K(6.0));
-        ++to->statistics.newton_iterations;
+        error = EG_SQRT(error * K(0.16666666666666666));
+        if (!(error - error == K(0.0)))
+            return FREE_SPINNING_BODY_NOT_FINITE;
+        ++statistics->newton_iterations;
         ++since;
-        rate = since >= 2 ? error / previous : work->rate;
-        work->rate = rate;
-        /* accept when the increment is small and what the contraction promises to be left is so too */
-        if (error == K(0.0) || (error <= K(1.0) && rate < K(1.0) && error * rate <= K(1.0) - rate)) {
-            free_spinning_body_update(from->q, D, step, to->q);
-            for (i = 0; i < 6; ++i) {
-                to->a[i] = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * from->vdot[i] - c->alpha_m * from->a[i]) / (K(1.0) - c->alpha_m);
-                to->v[i] = work->v[i];
-                to->vdot[i] = work->vdot[i];
+        rate = since >= 2 ? error / previous : work->rate_of_convergence;
+        work->rate_of_convergence = rate;
+        /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+            if (fresh) {
+                work->usual = since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+                if (work->pause > 0)
+                    --work->pause;
+            } else {
+                ++work->borrowed;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
+                if (work->last_excess <= free_spinning_body_FACTORS_COST)
+                    work->streak = 0;
+                else if (work->borrowed == 1) { /* not even the next step can use them */
+                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                    work->pause = work->streak;
+                }
             }
-            to->t = t;
-            if (!fresh) { /* the first step with borrowed factors shows what they are worth when young; one iteration more is chance */
-                if (work->usual == 0)
-                    work->usual = since + 1;
-                work->excess = work->excess + (real)(since > work->usual ? since - work->usual : 0);
-            }
-            if (largest_residual > to->statistics.max_residual)
-                to->statistics.max_residual = largest_residual;
-            return free_spinning_body_finite(to->q, 7) && free_spinning_body_finite(to->v, 6) && free_spinning_body_finite(to->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
+            for (i = 0; i < 6; ++i)
+                statistics->max_residual = free_spinning_body_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            if (free_spinning_body_turns_too_far(step, work))
+                return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
+            free_spinning_body_move(from, step, work);
+            return free_spinning_body_finite(work->q, 7) && free_spinning_body_finite(work->v, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return FREE_SPINNING_BODY_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
+            if (!fresh && work->borrowed == 0) {
+                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                work->pause = work->streak;
+            }
             factor = 1;
+        }
         previous = error;
     }
     return FREE_SPINNING_BODY_NOT_CONVERGED;
 }
 
-/* One step of the grid as 2^level sub-steps, from `state` to `next`. */
+/* The state at the end of the step that is in work. */
+static void free_spinning_body_accept(const free_spinning_body_coefficients *c, real t, free_spinning_body_state *state, const free_spinning_body_workspace *work)
+{
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    int i;
+    for (i = 0; i < 6; ++i) {
+        const real old = state->a[i], before = state->a_before[i];
+        const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
+        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[6 + i]);
+        missed[0] = missed[0] + first * first;
+        missed[1] = missed[1] + second * second;
+        missed[2] = missed[2] + third * third;
+        state->a_before[6 + i] = before;
+        state->a_before[i] = old;
+        state->a[i] = a;
+        state->v[i] = work->v[i];
+        state->vdot[i] = work->vdot[i];
+    }
+    if (state->known < 3)
+        ++state->known;
+    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
+    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
+        state->order = 2;
+    memcpy(state->q, work->q, sizeof state->q);
+    state->t = t;
+}
+
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static free_spinning_body_status free_spinning_body_substeps(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
-    const free_spinning_body_state *state, free_spinning_body_state *next, const real *first, const real *last, long level, int refresh, free_spinning_body_workspace *work)
+    free_spinning_body_state *state, const real *first, const real *last, long level, int refresh, free_spinning_body_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts;
-    const free_spinning_body_statistics statistics = next->statistics; /* of earlier attempts at this step */
-    free_spinning_body_state from = *state;
     free_spinning_body_status status = FREE_SPINNING_BODY_OK;
     long part;
-    from.statistics = statistics;
     if (level > 0)
-        status = free_spinning_body_start(p, c, &from, step, first, last, K(0.0), K(1.0) / (real)parts, work);
-    *next = from;
+        status = free_spinning_body_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
     for (part = 1; part <= parts && status == FREE_SPINNING_BODY_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         status = free_spinning_body_prepare(p, t, first, last, (real)part / (real)parts, work);
         if (status == FREE_SPINNING_BODY_OK)
-            status = free_spinning_body_advance(p, settings, c, &from, next, t, step, refresh, work);
+            status = free_spinning_body_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
         if (status == FREE_SPINNING_BODY_OK)
-            from = *next;
+            free_spinning_body_accept(c, t, state, work);
     }
     if (level > 0 && status == FREE_SPINNING_BODY_OK)
-        status = free_spinning_body_start(p, c, next, settings->step, first, last, K(1.0), K(1.0), work);
+        status = free_spinning_body_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
     return status;
 }
 
-free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+/* One step with good settings. */
+static free_spinning_body_status free_spinning_body_take_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
-    free_spinning_body_coefficients c;
-    free_spinning_body_state next;
     free_spinning_body_status status;
     long level;
-    if (!free_spinning_body_settings_are_good(settings))
-        return FREE_SPINNING_BODY_BAD_ARGUMENT;
     if (state->step != settings->step || state->rho_inf != settings->rho_inf) {
         const free_spinning_body_statistics statistics = state->statistics;
         status = free_spinning_body_initialize(p, settings, state, work, u_table);
@@ -563,24 +837,32 @@ free_spinning_body_status free_spinning_body_step(const free_spinning_body_param
             return status;
         state->statistics = statistics;
     }
-    c = free_spinning_body_coefficients_of(settings->rho_inf);
-    next = *state;
-    status = free_spinning_body_substeps(p, settings, &c, state, &next, u_table, last, 0, 0, work);
-    if (status != FREE_SPINNING_BODY_OK && status != FREE_SPINNING_BODY_BAD_ARGUMENT)
-        status = free_spinning_body_substeps(p, settings, &c, state, &next, u_table, last, 0, 1, work);
-    for (level = 1; level <= settings->max_halvings && status != FREE_SPINNING_BODY_OK && status != FREE_SPINNING_BODY_BAD_ARGUMENT; ++level) {
+    if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
+        work->coefficients = free_spinning_body_coefficients_of(settings->rho_inf);
+    status = free_spinning_body_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
+    if (status != FREE_SPINNING_BODY_OK && status != FREE_SPINNING_BODY_BAD_ARGUMENT && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE)
+        status = free_spinning_body_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
+    for (level = 1; level <= settings->max_halvings && status != FREE_SPINNING_BODY_OK && status != FREE_SPINNING_BODY_BAD_ARGUMENT && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE; ++level) {
+        free_spinning_body_state next = *state;
         ++next.statistics.halvings;
-        status = free_spinning_body_substeps(p, settings, &c, state, &next, u_table, last, level, 0, work);
+        status = free_spinning_body_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
+        if (status == FREE_SPINNING_BODY_OK)
+            *state = next;
+        state->statistics = next.statistics;
     }
-    state->statistics = next.statistics;
     if (status != FREE_SPINNING_BODY_OK) {
         work->factored_step = K(0.0);
         return status;
     }
-    ++next.statistics.steps;
-    next.count = state->count + 1;
-    *state = next;
+    ++state->statistics.steps;
+    ++state->count;
     return FREE_SPINNING_BODY_OK;
+}
+
+free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, const real *u_table)
+{
+    return free_spinning_body_settings_are_good(settings) ? free_spinning_body_take_step(p, settings, state, work, u_table) : FREE_SPINNING_BODY_BAD_ARGUMENT;
 }
 
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
@@ -588,9 +870,9 @@ free_spinning_body_status free_spinning_body_run(const free_spinning_body_parame
 {
     long k, rows = 0;
     int i;
-    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
-    for (k = 0; k < steps; ++k) {
-        status = free_spinning_body_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
+    free_spinning_body_status status = free_spinning_body_settings_are_good(settings) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_BAD_ARGUMENT;
+    for (k = 0; k < steps && status == FREE_SPINNING_BODY_OK; ++k) {
+        status = free_spinning_body_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != FREE_SPINNING_BODY_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {

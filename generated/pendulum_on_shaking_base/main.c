@@ -5,8 +5,29 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "pendulum_on_shaking_base.h"
+
+#if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
+/* Set a parameter, or hold an input constant, as name=value says. Returns 0, or 2 after a message. */
+static int set_by_name(const char *text, pendulum_on_shaking_base_parameters *p)
+{
+    const char *equals = strchr(text, '=');
+    (void)p;
+    fprintf(stderr, "usage error: '%.*s': this model has neither tunable parameters nor inputs\n", (int)(equals - text), text);
+    return 2;
+}
+
+/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
+static const real *inputs_over_step(const pendulum_on_shaking_base_parameters *p, real t, real step)
+{
+    (void)p;
+    (void)t;
+    (void)step;
+    return NULL;
+}
+#endif
 
 #if defined(EOMGEN_REAL_COMPLEX) || defined(EOMGEN_REAL_LANES)
 int main(void)
@@ -28,7 +49,7 @@ static void print_row(const pendulum_on_shaking_base_state *state)
     printf("\n");
 }
 
-/* pendulum_on_shaking_base [duration [step [every]]]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
+/* pendulum_on_shaking_base [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
 int main(int argc, char **argv)
 {
     static pendulum_on_shaking_base_workspace work;
@@ -36,19 +57,32 @@ int main(int argc, char **argv)
     pendulum_on_shaking_base_parameters p;
     pendulum_on_shaking_base_settings settings;
     pendulum_on_shaking_base_status status;
-    double duration = argc > 1 ? atof(argv[1]) : 1.0;
-    long every = argc > 3 ? atol(argv[3]) : 1, steps, k;
+    const char *words[3] = {NULL, NULL, NULL};
+    double duration;
+    long every, steps, k;
+    int i, count = 0;
     pendulum_on_shaking_base_default_parameters(&p);
     pendulum_on_shaking_base_default_settings(&settings);
     pendulum_on_shaking_base_default_state(&state);
-    if (argc > 2)
-        settings.step = (real)atof(argv[2]);
-    if (!(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
-        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]], all positive\n", argv[0]);
+    for (i = 1; i < argc; ++i) {
+        if (strchr(argv[i], '=') == NULL) {
+            if (count < 3)
+                words[count] = argv[i];
+            ++count;
+        } else if (set_by_name(argv[i], &p) != 0) {
+            return 2;
+        }
+    }
+    duration = words[0] != NULL ? atof(words[0]) : 1.0;
+    if (words[1] != NULL)
+        settings.step = (real)atof(words[1]);
+    every = words[2] != NULL ? atol(words[2]) : 1;
+    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
+        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n", argv[0]);
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = pendulum_on_shaking_base_initialize(&p, &settings, &state, &work, NULL);
+    status = pendulum_on_shaking_base_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
     if (status == PENDULUM_ON_SHAKING_BASE_OK) {
         printf("t");
         for (k = 0; k < 1; ++k)
@@ -61,7 +95,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
-        status = pendulum_on_shaking_base_step(&p, &settings, &state, &work, NULL);
+        status = pendulum_on_shaking_base_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
         if (status == PENDULUM_ON_SHAKING_BASE_OK && k % every == 0)
             print_row(&state);
     }

@@ -124,7 +124,8 @@ typedef enum pendulum_on_shaking_base_status {
     PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     PENDULUM_ON_SHAKING_BASE_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     PENDULUM_ON_SHAKING_BASE_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4   /* a setting is out of its range, or an input has neither a formula nor a table */
+    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } pendulum_on_shaking_base_status;
 
 typedef struct pendulum_on_shaking_base_settings {
@@ -148,12 +149,24 @@ typedef struct pendulum_on_shaking_base_state {
     real v[1];
     real vdot[1];
     real a[1];  /* algorithmic acceleration */
+    real a_before[2];  /* those of the last two steps, newest first, for predictions */
+    long known;       /* how many steps there are to predict from, at most 3 */
+    long order;       /* of the polynomial that would have predicted the last step best */
     real rho_inf;     /* a belongs to it and to step */
     real step;        /* t = origin + count * step */
     real origin;
     long count;
     pendulum_on_shaking_base_statistics statistics;
 } pendulum_on_shaking_base_state;
+
+/* Coefficients for a spectral radius at infinite frequency. */
+typedef struct pendulum_on_shaking_base_coefficients {
+    real rho_inf;
+    real alpha_m, alpha_f, beta, gamma;
+    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    real g; /* gamma/beta: d v/d increment */
+    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+} pendulum_on_shaking_base_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct pendulum_on_shaking_base_workspace {
@@ -162,18 +175,24 @@ typedef struct pendulum_on_shaking_base_workspace {
     real q[1];
     real v[1];
     real vdot[1];
-    real vector[1];
-    real matrix[1];  /* LU factors of the iteration matrix */
+    real unknown[1];      /* E, step lam */
+    real increment[1];     /* the exponent is step * increment */
+    real right[1], solution[1], per_tolerance[1];
+    real numbers[3];     /* of the partials, and their products with T */
+    real tangents[1];
+    real entries[1];     /* nonzeros of the iteration matrix */
+    real factors[1];
+    int whole;                /* the factors in use are those of the whole matrix */
     int pivot[1];
-    real mass[1];
-    real velocity_derivative[1];
-    real position_derivative[1];
-    real increment[1];    /* mean velocity over the step, in the Lie algebra: q_new = q o exp(step * increment) */
-    real factored_step;         /* step that the factors belong to, 0 when there are none */
+    real matrix[1];
+    pendulum_on_shaking_base_coefficients coefficients;
+    real factored_step;       /* step that the factors belong to, 0 when there are none */
     real factored_rho_inf;
-    real rate;                  /* last observed contraction of the Newton increments */
-    real excess;                /* iterations since the factorization beyond the usual number */
-    long usual;                 /* that is one more than the first step after the factorization took */
+    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    long usual;               /* iterations of a step with factors of its own */
+    long borrowed;            /* steps since then */
+    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } pendulum_on_shaking_base_workspace;
 
 /* English text of a status. */

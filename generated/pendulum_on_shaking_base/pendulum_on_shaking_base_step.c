@@ -17,6 +17,8 @@
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
 #endif
 
+static real pendulum_on_shaking_base_larger(real x, real y) { return x > y ? x : y; }
+
 /* out = q o exp(step * increment) on the whole configuration. */
 static void pendulum_on_shaking_base_update(const real *q, const real *increment, real step, real *out)
 {
@@ -31,6 +33,7 @@ const char *pendulum_on_shaking_base_status_text(pendulum_on_shaking_base_status
     case PENDULUM_ON_SHAKING_BASE_SINGULAR: return "the mass or iteration matrix is singular";
     case PENDULUM_ON_SHAKING_BASE_NOT_FINITE: return "a value became infinite or not a number";
     case PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
 }
@@ -58,6 +61,18 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pe
     pendulum_on_shaking_base_base(t, &work->base);
     (void)p; (void)t; (void)work;
     return PENDULUM_ON_SHAKING_BASE_OK;
+}
+
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the constraints. */
+typedef struct pendulum_on_shaking_base_weights {
+    real M, C, K, B, Z;
+} pendulum_on_shaking_base_weights;
+
+/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian: B at the start. */
+static void pendulum_on_shaking_base_assemble(const pendulum_on_shaking_base_weights *c, const real *restrict T, const real *restrict jacobian, real *restrict w, real *restrict S)
+{
+    S[0] = c->M * w[2] + c->K * w[0];
+    (void)c; (void)T; (void)jacobian; (void)w;
 }
 
 /* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
@@ -113,13 +128,79 @@ static void pendulum_on_shaking_base_solve(const real *A, const int *pivot, real
     }
 }
 
-/* vdot from r(q, v, vdot, t, u) = 0; inputs and base must have been prepared. */
-static pendulum_on_shaking_base_status pendulum_on_shaking_base_acceleration(const pendulum_on_shaking_base_parameters *p, real t, const real *q, const real *v, real *vdot, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+/* The whole matrix from its nonzeros. */
+static void pendulum_on_shaking_base_spread(const real *S, real *A)
 {
-    pendulum_on_shaking_base_forward_dynamics(q, v, &work->base, vdot);
+    static const int place[1] = {
+0, 
+    };
+    int i;
+    memset(A, 0, 1 * sizeof *A);
+    for (i = 0; i < 1; ++i)
+        A[place[i]] = S[i];
+}
+
+/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+#define pendulum_on_shaking_base_SMALLEST_PIVOT K(1e-12)
+
+/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
+ * pivot is too small. 0 multiply-subtracts. */
+static int pendulum_on_shaking_base_eliminate(const real *restrict S, real *restrict F)
+{
+    { /* row 0, column 0 */
+        real a0 = S[0];
+        if (!(EG_ABS(a0) > K(0.0)))
+            return 0;
+        a0 = K(1.0) / a0;
+        F[0] = a0;
+    }
+    return 1;
+}
+
+/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
+static void pendulum_on_shaking_base_substitute(const real *restrict F, const real *restrict r, real *restrict x)
+{
+    const real y0 = r[0];
+    const real x0 = y0 * F[0];
+    x[0] = x0;
+}
+
+/* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
+static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace *work)
+{
+    work->whole = 0;
+    if (pendulum_on_shaking_base_eliminate(work->entries, work->factors))
+        return 1;
+    work->whole = 1;
+    pendulum_on_shaking_base_spread(work->entries, work->matrix);
+    return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
+}
+
+/* solution = S^-1 right. */
+static void pendulum_on_shaking_base_solve_step(pendulum_on_shaking_base_workspace *work)
+{
+    if (!work->whole) {
+        pendulum_on_shaking_base_substitute(work->factors, work->right, work->solution);
+        return;
+    }
+    memcpy(work->solution, work->right, sizeof work->solution);
+    pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->solution);
+}
+
+/* Numbers of the partials at work->q, v, vdot, lam. */
+static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work)
+{
+    pendulum_on_shaking_base_partials(work->q, work->v, work->vdot, &work->base, work->numbers + 0, work->numbers + 1, work->numbers + 2);
+    (void)p; (void)t; (void)work;
+}
+
+/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_accelerations(const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+{
+    pendulum_on_shaking_base_forward_dynamics(work->q, work->v, &work->base, work->vdot);
     ++statistics->evaluations;
-    (void)p; (void)t; (void)q; (void)v; (void)work;
-    return pendulum_on_shaking_base_finite(vdot, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+    (void)p; (void)t;
+    return pendulum_on_shaking_base_finite(work->vdot, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
 void pendulum_on_shaking_base_default_settings(pendulum_on_shaking_base_settings *settings)
@@ -139,21 +220,18 @@ void pendulum_on_shaking_base_default_settings(pendulum_on_shaking_base_settings
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */
-typedef struct pendulum_on_shaking_base_coefficients {
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-} pendulum_on_shaking_base_coefficients;
-
 static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_coefficients_of(real rho)
 {
     pendulum_on_shaking_base_coefficients c;
+    c.rho_inf = rho;
     c.alpha_m = (K(2.0) * rho - K(1.0)) / (rho + K(1.0));
     c.alpha_f = rho / (rho + K(1.0));
     c.gamma = K(0.5) + c.alpha_f - c.alpha_m;
     c.beta = K(1.0) / ((K(1.0) + rho) * (K(1.0) + rho));
     c.b = (K(1.0) - c.alpha_m) / (c.beta * (K(1.0) - c.alpha_f));
     c.g = c.gamma / c.beta;
+    c.to_vdot = K(1.0) / (K(1.0) - c.alpha_f);
+    c.to_a = K(1.0) / (K(1.0) - c.alpha_m);
     return c;
 }
 
@@ -167,12 +245,12 @@ static int pendulum_on_shaking_base_settings_are_good(const pendulum_on_shaking_
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * state->vdot becomes f(0). */
-static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
+ * state->vdot becomes that of f(0). */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
     const real *first, const real *last, real fraction, real length, pendulum_on_shaking_base_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
-    real vdot[1], slope[1];
+    real vdot[1], slope[1], increment[1];
     int stage, i;
     for (i = 0; i < 1; ++i)
         slope[i] = vdot[i] = K(0.0);
@@ -183,15 +261,16 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         if (status != PENDULUM_ON_SHAKING_BASE_OK)
             return status;
         for (i = 0; i < 1; ++i) {
-            work->increment[i] = state->v[i] + K(0.5) * s * vdot[i];
+            increment[i] = state->v[i] + K(0.5) * s * vdot[i];
             work->v[i] = state->v[i] + s * vdot[i];
         }
-        pendulum_on_shaking_base_update(state->q, work->increment, s, work->q);
-        status = pendulum_on_shaking_base_acceleration(p, t, work->q, work->v, work->vdot, work, &state->statistics);
+        pendulum_on_shaking_base_update(state->q, increment, s, work->q);
+        status = pendulum_on_shaking_base_accelerations(p, t, work, &state->statistics);
         if (status != PENDULUM_ON_SHAKING_BASE_OK)
             return status;
-        if (stage == 0)
+        if (stage == 0) {
             memcpy(vdot, work->vdot, sizeof vdot);
+        }
         for (i = 0; i < 1; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
     }
@@ -199,184 +278,259 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
+    state->known = state->order = 0;
+    (void)settings;
     return pendulum_on_shaking_base_finite(state->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
-    pendulum_on_shaking_base_coefficients c;
+    const real *last = u_table == NULL ? NULL : u_table + 0;
     pendulum_on_shaking_base_state start;
-    pendulum_on_shaking_base_status status;
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    real still[1];
     int i;
     if (!pendulum_on_shaking_base_settings_are_good(settings))
         return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
     if (!pendulum_on_shaking_base_finite(&state->t, 1) || !pendulum_on_shaking_base_finite(state->q, 1) || !pendulum_on_shaking_base_finite(state->v, 1))
         return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
-    c = pendulum_on_shaking_base_coefficients_of(settings->rho_inf);
+    work->coefficients = pendulum_on_shaking_base_coefficients_of(settings->rho_inf);
     start = *state;
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 1; ++i)
-        work->increment[i] = K(0.0);
-    pendulum_on_shaking_base_update(state->q, work->increment, K(0.0), start.q); /* brings quaternions to unit length */
+        still[i] = K(0.0);
+    pendulum_on_shaking_base_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
     start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
-    work->rate = K(0.3);
-    status = pendulum_on_shaking_base_start(p, &c, &start, start.step, u_table, u_table == NULL ? NULL : u_table + 0, K(0.0), K(1.0), work);
+    work->rate_of_convergence = K(0.3);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
         *state = start;
     return status;
 }
 
-/* S = b M + step g C + step^2 K T(step * increment), the derivative of step * r with respect to the increment, and its factors. */
+/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its factors. */
 static int pendulum_on_shaking_base_iteration_matrix(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_coefficients *c, real t, real step, pendulum_on_shaking_base_workspace *work)
 {
-    int i;
-    pendulum_on_shaking_base_partials(work->q, work->v, work->vdot, &work->base, work->position_derivative, work->velocity_derivative, work->mass);
-    for (i = 0; i < 1; ++i)
-        work->matrix[i] = c->b * work->mass[i] + step * c->g * work->velocity_derivative[i];
-    for (i = 0; i < 1; ++i)
-        work->matrix[i] = work->matrix[i] + step * step * work->position_derivative[i];
-    (void)p; (void)t; (void)step;
+    pendulum_on_shaking_base_weights weights;
+    weights.M = c->b;
+    weights.C = step * c->g;
+    weights.K = step * step;
+    weights.B = c->g;
+    weights.Z = step;
+    pendulum_on_shaking_base_partial_numbers(p, t, work);
+    pendulum_on_shaking_base_assemble(&weights, work->tangents, NULL, work->numbers, work->entries);
     work->factored_step = K(0.0);
-    return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
+    return pendulum_on_shaking_base_factorize(work);
 }
 
-/* Newton's iteration for one (sub-)step from `from` to `to`, which must be different; inputs and base at t have been prepared.
- *   unknown        D: q = q_n o exp(step D)
- *   kinematics     v = g D + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((D - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
- *   equilibrium    step r(q, v, vdot, t) = 0
- * The factors of an earlier step serve as long as the increments shrink well and until the iterations that they have cost more than
- * young ones did add up to the work of making new ones (buying once renting has cost as much). */
-static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
-    const pendulum_on_shaking_base_state *from, pendulum_on_shaking_base_state *to, real t, real step, int refresh, pendulum_on_shaking_base_workspace *work)
+/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *from, real step, pendulum_on_shaking_base_workspace *work)
 {
-    real *D = work->increment;
+    int i;
+    for (i = 0; i < 1; ++i)
+        work->increment[i] = work->unknown[i];
+    pendulum_on_shaking_base_update(from->q, work->increment, step, work->q);
+    (void)from;
+}
+
+/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+static int pendulum_on_shaking_base_turns_too_far(real step, const pendulum_on_shaking_base_workspace *work)
+{
+    (void)step; (void)work;
+    return 0;
+}
+
+/* What forming and factoring the matrix costs, in iterations. */
+#define pendulum_on_shaking_base_FACTORS_COST K(0.42857142857142855)
+
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
+ * round-off when components differ much in size. */
+static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_workspace *work)
+{
+    real magnitude = K(0.0);
+    int i;
+    for (i = 0; i < 1; ++i)
+        magnitude = pendulum_on_shaking_base_larger(magnitude, EG_ABS(work->unknown[i]));
+    for (i = 0; i < 1; ++i)
+        work->per_tolerance[i] = settings->atol + K(8.0) * pendulum_on_shaking_base_EPSILON * magnitude;
+    for (i = 0; i < 1; ++i)
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
+ *   unknowns       E, step lam: q = q_n o exp(step E)
+ *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
+ *   equations      step r(q, v, vdot, lam, t) = 0
+ * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * again ever more rarely. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
+    const pendulum_on_shaking_base_state *from, real t, real step, int refresh, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+{
+    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    real *x = work->unknown;
     real previous = K(0.0);
-    real largest_residual;
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->excess > K(1.0);
-    for (i = 0; i < 1; ++i) { /* predictor: a_{n+1} = a_n */
-        D[i] = from->v[i] + K(0.5) * step * from->a[i];
-        work->v[i] = from->v[i] + step * from->a[i];
-        work->vdot[i] = (from->a[i] - c->alpha_f * from->vdot[i]) / (K(1.0) - c->alpha_f);
+        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > pendulum_on_shaking_base_FACTORS_COST + work->excess;
+    /* predictor: a and lam by a polynomial through their last values */
+    for (i = 0; i < 1; ++i) {
+        const real a = from->a[i];
+        real next = a;
+        if (from->order >= 1)
+            next = next + (a - from->a_before[i]);
+        if (from->order >= 2)
+            next = next + (a - K(2.0) * from->a_before[i] + from->a_before[1 + i]);
+        x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
+        work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
+        work->vdot[i] = ((K(1.0) - c->alpha_m) * next + c->alpha_m * a - c->alpha_f * from->vdot[i]) * c->to_vdot;
     }
+    if (pendulum_on_shaking_base_turns_too_far(step, work))
+        return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), magnitude = K(0.0), rate;
-        pendulum_on_shaking_base_update(from->q, D, step, work->q);
-        pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->vector);
-        ++to->statistics.evaluations;
-        if (!pendulum_on_shaking_base_finite(work->vector, 1))
-            return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+        real error = K(0.0), rate;
+        pendulum_on_shaking_base_move(from, step, work);
+        pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
+        ++statistics->evaluations;
         if (factor) {
+            if (!pendulum_on_shaking_base_finite(work->right, 1))
+                return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
             if (!pendulum_on_shaking_base_iteration_matrix(p, c, t, step, work))
-                return pendulum_on_shaking_base_finite(work->matrix, 1) ? PENDULUM_ON_SHAKING_BASE_SINGULAR : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
-            ++to->statistics.factorizations;
+                return pendulum_on_shaking_base_finite(work->entries, 1) ? PENDULUM_ON_SHAKING_BASE_SINGULAR : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+            ++statistics->factorizations;
             work->factored_step = step;
             work->factored_rho_inf = settings->rho_inf;
-            work->rate = K(0.3);
-            work->usual = 0;
-            work->excess = K(0.0);
+            work->rate_of_convergence = K(0.3);
             factor = 0;
             fresh = 1;
             since = 0;
         }
-        largest_residual = K(0.0);
+        for (i = 0; i < 1; ++i)
+            work->right[i] = -step * work->right[i];
+        pendulum_on_shaking_base_solve_step(work);
+        for (i = 0; i < 1; ++i)
+            x[i] = x[i] + work->solution[i];
         for (i = 0; i < 1; ++i) {
-            const real size = EG_ABS(work->vector[i]);
-            if (size > largest_residual)
-                largest_residual = size;
-            work->vector[i] = -step * work->vector[i];
+            work->v[i] = work->v[i] + c->g * work->solution[i];
+            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
         }
-        pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->vector);
-        if (!pendulum_on_shaking_base_finite(work->vector, 1))
-            return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+        if (iteration == 0)
+            pendulum_on_shaking_base_tolerances(settings, work);
         for (i = 0; i < 1; ++i) {
-            D[i] = D[i] + work->vector[i];
-            work->v[i] = work->v[i] + c->g * work->vector[i];
-            work->vdot[i] = work->vdot[i] + c->b / step * work->vector[i];
-            if (EG_ABS(D[i]) > magnitude)
-                magnitude = EG_ABS(D[i]);
-        }
-        /* weighted RMS of the increment; the last term keeps the demand above round-off when components differ much in size */
-        for (i = 0; i < 1; ++i) {
-            const real weighted = work->vector[i] / (settings->atol + settings->rtol * EG_ABS(D[i]) + K(8.0) * pendulum_on_shaking_base_EPSILON * magnitude);
+            const real weighted = work->solution[i] * work->per_tolerance[i];
             error = error + weighted * weighted;
         }
-        error = EG_SQRT(error / K(1.0));
-        ++to->statistics.newton_iterations;
+        error = EG_SQRT(error * K(1.0));
+        if (!(error - error == K(0.0)))
+            return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+        ++statistics->newton_iterations;
         ++since;
-        rate = since >= 2 ? error / previous : work->rate;
-        work->rate = rate;
-        /* accept when the increment is small and what the contraction promises to be left is so too */
-        if (error == K(0.0) || (error <= K(1.0) && rate < K(1.0) && error * rate <= K(1.0) - rate)) {
-            pendulum_on_shaking_base_update(from->q, D, step, to->q);
-            for (i = 0; i < 1; ++i) {
-                to->a[i] = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * from->vdot[i] - c->alpha_m * from->a[i]) / (K(1.0) - c->alpha_m);
-                to->v[i] = work->v[i];
-                to->vdot[i] = work->vdot[i];
+        rate = since >= 2 ? error / previous : work->rate_of_convergence;
+        work->rate_of_convergence = rate;
+        /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+            if (fresh) {
+                work->usual = since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+                if (work->pause > 0)
+                    --work->pause;
+            } else {
+                ++work->borrowed;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
+                if (work->last_excess <= pendulum_on_shaking_base_FACTORS_COST)
+                    work->streak = 0;
+                else if (work->borrowed == 1) { /* not even the next step can use them */
+                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                    work->pause = work->streak;
+                }
             }
-            to->t = t;
-            if (!fresh) { /* the first step with borrowed factors shows what they are worth when young; one iteration more is chance */
-                if (work->usual == 0)
-                    work->usual = since + 1;
-                work->excess = work->excess + (real)(since > work->usual ? since - work->usual : 0);
-            }
-            if (largest_residual > to->statistics.max_residual)
-                to->statistics.max_residual = largest_residual;
-            return pendulum_on_shaking_base_finite(to->q, 1) && pendulum_on_shaking_base_finite(to->v, 1) && pendulum_on_shaking_base_finite(to->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
+            for (i = 0; i < 1; ++i)
+                statistics->max_residual = pendulum_on_shaking_base_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            if (pendulum_on_shaking_base_turns_too_far(step, work))
+                return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
+            pendulum_on_shaking_base_move(from, step, work);
+            return pendulum_on_shaking_base_finite(work->q, 1) && pendulum_on_shaking_base_finite(work->v, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
+            if (!fresh && work->borrowed == 0) {
+                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                work->pause = work->streak;
+            }
             factor = 1;
+        }
         previous = error;
     }
     return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
 }
 
-/* One step of the grid as 2^level sub-steps, from `state` to `next`. */
+/* The state at the end of the step that is in work. */
+static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coefficients *c, real t, pendulum_on_shaking_base_state *state, const pendulum_on_shaking_base_workspace *work)
+{
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    int i;
+    for (i = 0; i < 1; ++i) {
+        const real old = state->a[i], before = state->a_before[i];
+        const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
+        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[1 + i]);
+        missed[0] = missed[0] + first * first;
+        missed[1] = missed[1] + second * second;
+        missed[2] = missed[2] + third * third;
+        state->a_before[1 + i] = before;
+        state->a_before[i] = old;
+        state->a[i] = a;
+        state->v[i] = work->v[i];
+        state->vdot[i] = work->vdot[i];
+    }
+    if (state->known < 3)
+        ++state->known;
+    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
+    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
+        state->order = 2;
+    memcpy(state->q, work->q, sizeof state->q);
+    state->t = t;
+}
+
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
-    const pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_state *next, const real *first, const real *last, long level, int refresh, pendulum_on_shaking_base_workspace *work)
+    pendulum_on_shaking_base_state *state, const real *first, const real *last, long level, int refresh, pendulum_on_shaking_base_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts;
-    const pendulum_on_shaking_base_statistics statistics = next->statistics; /* of earlier attempts at this step */
-    pendulum_on_shaking_base_state from = *state;
     pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
     long part;
-    from.statistics = statistics;
     if (level > 0)
-        status = pendulum_on_shaking_base_start(p, c, &from, step, first, last, K(0.0), K(1.0) / (real)parts, work);
-    *next = from;
+        status = pendulum_on_shaking_base_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
     for (part = 1; part <= parts && status == PENDULUM_ON_SHAKING_BASE_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         status = pendulum_on_shaking_base_prepare(p, t, first, last, (real)part / (real)parts, work);
         if (status == PENDULUM_ON_SHAKING_BASE_OK)
-            status = pendulum_on_shaking_base_advance(p, settings, c, &from, next, t, step, refresh, work);
+            status = pendulum_on_shaking_base_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
         if (status == PENDULUM_ON_SHAKING_BASE_OK)
-            from = *next;
+            pendulum_on_shaking_base_accept(c, t, state, work);
     }
     if (level > 0 && status == PENDULUM_ON_SHAKING_BASE_OK)
-        status = pendulum_on_shaking_base_start(p, c, next, settings->step, first, last, K(1.0), K(1.0), work);
+        status = pendulum_on_shaking_base_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
     return status;
 }
 
-pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+/* One step with good settings. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_take_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
-    pendulum_on_shaking_base_coefficients c;
-    pendulum_on_shaking_base_state next;
     pendulum_on_shaking_base_status status;
     long level;
-    if (!pendulum_on_shaking_base_settings_are_good(settings))
-        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
     if (state->step != settings->step || state->rho_inf != settings->rho_inf) {
         const pendulum_on_shaking_base_statistics statistics = state->statistics;
         status = pendulum_on_shaking_base_initialize(p, settings, state, work, u_table);
@@ -384,24 +538,32 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
             return status;
         state->statistics = statistics;
     }
-    c = pendulum_on_shaking_base_coefficients_of(settings->rho_inf);
-    next = *state;
-    status = pendulum_on_shaking_base_substeps(p, settings, &c, state, &next, u_table, last, 0, 0, work);
-    if (status != PENDULUM_ON_SHAKING_BASE_OK && status != PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT)
-        status = pendulum_on_shaking_base_substeps(p, settings, &c, state, &next, u_table, last, 0, 1, work);
-    for (level = 1; level <= settings->max_halvings && status != PENDULUM_ON_SHAKING_BASE_OK && status != PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT; ++level) {
+    if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
+        work->coefficients = pendulum_on_shaking_base_coefficients_of(settings->rho_inf);
+    status = pendulum_on_shaking_base_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
+    if (status != PENDULUM_ON_SHAKING_BASE_OK && status != PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT && status != PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE)
+        status = pendulum_on_shaking_base_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
+    for (level = 1; level <= settings->max_halvings && status != PENDULUM_ON_SHAKING_BASE_OK && status != PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT && status != PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE; ++level) {
+        pendulum_on_shaking_base_state next = *state;
         ++next.statistics.halvings;
-        status = pendulum_on_shaking_base_substeps(p, settings, &c, state, &next, u_table, last, level, 0, work);
+        status = pendulum_on_shaking_base_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
+        if (status == PENDULUM_ON_SHAKING_BASE_OK)
+            *state = next;
+        state->statistics = next.statistics;
     }
-    state->statistics = next.statistics;
     if (status != PENDULUM_ON_SHAKING_BASE_OK) {
         work->factored_step = K(0.0);
         return status;
     }
-    ++next.statistics.steps;
-    next.count = state->count + 1;
-    *state = next;
+    ++state->statistics.steps;
+    ++state->count;
     return PENDULUM_ON_SHAKING_BASE_OK;
+}
+
+pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, const real *u_table)
+{
+    return pendulum_on_shaking_base_settings_are_good(settings) ? pendulum_on_shaking_base_take_step(p, settings, state, work, u_table) : PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
 }
 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
@@ -409,9 +571,9 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_s
 {
     long k, rows = 0;
     int i;
-    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
-    for (k = 0; k < steps; ++k) {
-        status = pendulum_on_shaking_base_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
+    pendulum_on_shaking_base_status status = pendulum_on_shaking_base_settings_are_good(settings) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    for (k = 0; k < steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
+        status = pendulum_on_shaking_base_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != PENDULUM_ON_SHAKING_BASE_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {

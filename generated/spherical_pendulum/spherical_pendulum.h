@@ -105,7 +105,8 @@ typedef enum spherical_pendulum_status {
     SPHERICAL_PENDULUM_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     SPHERICAL_PENDULUM_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     SPHERICAL_PENDULUM_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4   /* a setting is out of its range, or an input has neither a formula nor a table */
+    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    SPHERICAL_PENDULUM_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } spherical_pendulum_status;
 
 typedef struct spherical_pendulum_settings {
@@ -129,6 +130,9 @@ typedef struct spherical_pendulum_state {
     real v[3];
     real vdot[3];
     real a[3];  /* algorithmic acceleration */
+    real a_before[6];  /* those of the last two steps, newest first, for predictions */
+    long known;       /* how many steps there are to predict from, at most 3 */
+    long order;       /* of the polynomial that would have predicted the last step best */
     real rho_inf;     /* a belongs to it and to step */
     real step;        /* t = origin + count * step */
     real origin;
@@ -136,24 +140,39 @@ typedef struct spherical_pendulum_state {
     spherical_pendulum_statistics statistics;
 } spherical_pendulum_state;
 
+/* Coefficients for a spectral radius at infinite frequency. */
+typedef struct spherical_pendulum_coefficients {
+    real rho_inf;
+    real alpha_m, alpha_f, beta, gamma;
+    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    real g; /* gamma/beta: d v/d increment */
+    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+} spherical_pendulum_coefficients;
+
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct spherical_pendulum_workspace {
     real u[1];
     real q[4];
     real v[3];
     real vdot[3];
-    real vector[3];
-    real matrix[9];  /* LU factors of the iteration matrix */
+    real unknown[3];      /* E, step lam */
+    real increment[3];     /* the exponent is step * increment */
+    real right[3], solution[3], per_tolerance[3];
+    real numbers[33];     /* of the partials, and their products with T */
+    real tangents[9];
+    real entries[7];     /* nonzeros of the iteration matrix */
+    real factors[7];
+    int whole;                /* the factors in use are those of the whole matrix */
     int pivot[3];
-    real mass[9];
-    real velocity_derivative[9];
-    real position_derivative[9];
-    real increment[3];    /* mean velocity over the step, in the Lie algebra: q_new = q o exp(step * increment) */
-    real factored_step;         /* step that the factors belong to, 0 when there are none */
+    real matrix[9];
+    spherical_pendulum_coefficients coefficients;
+    real factored_step;       /* step that the factors belong to, 0 when there are none */
     real factored_rho_inf;
-    real rate;                  /* last observed contraction of the Newton increments */
-    real excess;                /* iterations since the factorization beyond the usual number */
-    long usual;                 /* that is one more than the first step after the factorization took */
+    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    long usual;               /* iterations of a step with factors of its own */
+    long borrowed;            /* steps since then */
+    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } spherical_pendulum_workspace;
 
 /* English text of a status. */

@@ -17,17 +17,19 @@
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
 #endif
 
+static real spherical_pendulum_larger(real x, real y) { return x > y ? x : y; }
+
 /* out = q o exp(theta), the quaternion at unit length, on SO3. */
 static void spherical_pendulum_update_so3(const real *q, const real *theta, real *out)
 {
     const real x1 = (theta[0] * theta[0] + theta[1] * theta[1]) + theta[2] * theta[2];
     const real x2 = K(0.25) * x1;
     const real x3 = EG_LT(x2, K(0.25));
-    const real x4 = EG_SQRT(EG_SELECT(x3, K(1.0), x2));
+    const real x4 = EG_SQRT((x3 != K(0.0) ? K(1.0) : x2));
     const real x5 = x2 * (x2 * (x2 * (x2 * (K(1.911790932954954e-13) * x1 - K(1.6059043836821613e-10)) + K(2.505210838544172e-08)) - K(2.7557319223985893e-06)) + K(0.0001984126984126984)) - K(0.008333333333333333);
     const real x6 = x2 * (x2 * (x2 * (x2 * (K(2.867686399432431e-12) * x1 - K(2.08767569878681e-09)) + K(2.755731922398589e-07)) - K(2.48015873015873e-05)) + K(0.001388888888888889)) - K(0.041666666666666664);
-    const real x7 = EG_SELECT(x3, K(1.0) - x2 * (x2 * x6 + K(0.5)), EG_COS(x4));
-    const real x8 = K(0.5) * EG_SELECT(x3, K(1.0) - x2 * (x2 * x5 + K(0.16666666666666666)), EG_SIN(x4) / x4);
+    const real x7 = (x3 != K(0.0) ? K(1.0) - x2 * (x2 * x6 + K(0.5)) : EG_COS(x4));
+    const real x8 = K(0.5) * (x3 != K(0.0) ? K(1.0) - x2 * (x2 * x5 + K(0.16666666666666666)) : EG_SIN(x4) / x4);
     const real x9 = theta[0] * x8;
     const real x10 = theta[1] * x8;
     const real x11 = theta[2] * x8;
@@ -55,16 +57,16 @@ static void spherical_pendulum_tangent_so3(const real *theta, real *out)
     const real x4 = (x1 + x2) + x3;
     const real x5 = K(0.25) * x4;
     const real x6 = EG_LT(x5, K(0.25));
-    const real x7 = EG_SQRT(EG_SELECT(x6, K(1.0), x5));
+    const real x7 = EG_SQRT((x6 != K(0.0) ? K(1.0) : x5));
     const real x8 = x5 * (x5 * (x5 * (x5 * (K(1.911790932954954e-13) * x4 - K(1.6059043836821613e-10)) + K(2.505210838544172e-08)) - K(2.7557319223985893e-06)) + K(0.0001984126984126984)) - K(0.008333333333333333);
-    const real x9 = EG_SELECT(x6, K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)), EG_SIN(x7) / x7);
+    const real x9 = (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)) : EG_SIN(x7) / x7);
     const real x10 = x5 * (x5 * (x5 * (x5 * (K(2.867686399432431e-12) * x4 - K(2.08767569878681e-09)) + K(2.755731922398589e-07)) - K(2.48015873015873e-05)) + K(0.001388888888888889)) - K(0.041666666666666664);
     const real x11 = K(0.5) * (x9 * x9);
     const real x12 = EG_LT(x4, K(9.869604401089358));
     const real x13 = x4 * (x4 * (x4 * (x4 * (K(1.216125041553518e-34) * x4 - K(1.1309962886447716e-31)) + K(9.183689863795546e-29)) - K(6.446950284384474e-26)) + K(3.868170170630684e-23)) - K(1.9572941063391263e-20);
     const real x14 = K(2.505210838544172e-08) - x4 * (K(1.6059043836821613e-10) - x4 * (K(7.647163731819816e-13) + x4 * (x4 * (x4 * x13 + K(8.22063524662433e-18)) - K(2.8114572543455206e-15))));
-    const real x15 = (K(1.0) - x9 * EG_SELECT(x6, K(1.0) - x5 * (x5 * x10 + K(0.5)), EG_COS(x7))) / EG_SELECT(x12, K(1.0), x4);
-    const real x16 = EG_SELECT(x12, K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x14))), x15);
+    const real x15 = (K(1.0) - x9 * (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x10 + K(0.5)) : EG_COS(x7))) / (x12 != K(0.0) ? K(1.0) : x4);
+    const real x16 = (x12 != K(0.0) ? K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x14))) : x15);
     const real x17 = theta[2] * x11;
     const real x18 = theta[1] * x11;
     const real x19 = theta[0] * x11;
@@ -109,6 +111,7 @@ const char *spherical_pendulum_status_text(spherical_pendulum_status status)
     case SPHERICAL_PENDULUM_SINGULAR: return "the mass or iteration matrix is singular";
     case SPHERICAL_PENDULUM_NOT_FINITE: return "a value became infinite or not a number";
     case SPHERICAL_PENDULUM_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case SPHERICAL_PENDULUM_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
 }
@@ -135,6 +138,30 @@ static spherical_pendulum_status spherical_pendulum_prepare(const spherical_pend
     (void)first; (void)last; (void)fraction;
     (void)p; (void)t; (void)work;
     return SPHERICAL_PENDULUM_OK;
+}
+
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the constraints. */
+typedef struct spherical_pendulum_weights {
+    real M, C, K, B, Z;
+} spherical_pendulum_weights;
+
+/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian: B at the start. */
+static void spherical_pendulum_assemble(const spherical_pendulum_weights *c, const real *restrict T, const real *restrict jacobian, real *restrict w, real *restrict S)
+{
+    w[27] = w[0] * T[0] + w[2] * T[6];
+    w[28] = w[0] * T[1] + w[2] * T[7];
+    w[29] = w[0] * T[2] + w[2] * T[8];
+    w[30] = w[4] * T[3] + w[5] * T[6];
+    w[31] = w[4] * T[4] + w[5] * T[7];
+    w[32] = w[4] * T[5] + w[5] * T[8];
+    S[0] = c->M * w[26];
+    S[1] = c->C * w[11] + c->K * w[29];
+    S[2] = c->M * w[18] + c->K * w[27];
+    S[3] = c->C * w[10] + c->K * w[28];
+    S[4] = c->C * w[14] + c->K * w[32];
+    S[5] = c->C * w[12] + c->K * w[30];
+    S[6] = c->M * w[22] + c->K * w[31];
+    (void)c; (void)T; (void)jacobian; (void)w;
 }
 
 /* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
@@ -190,13 +217,108 @@ static void spherical_pendulum_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* vdot from r(q, v, vdot, t, u) = 0; inputs and base must have been prepared. */
-static spherical_pendulum_status spherical_pendulum_acceleration(const spherical_pendulum_parameters *p, real t, const real *q, const real *v, real *vdot, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+/* The whole matrix from its nonzeros. */
+static void spherical_pendulum_spread(const real *S, real *A)
 {
-    spherical_pendulum_forward_dynamics(q, v, vdot);
+    static const int place[7] = {
+8, 2, 0, 1, 5, 3, 4, 
+    };
+    int i;
+    memset(A, 0, 9 * sizeof *A);
+    for (i = 0; i < 7; ++i)
+        A[place[i]] = S[i];
+}
+
+/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+#define spherical_pendulum_SMALLEST_PIVOT K(1e-12)
+
+/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
+ * pivot is too small. 1 multiply-subtracts. */
+static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F)
+{
+    { /* row 2, column 2 */
+        real a0 = S[0];
+        if (!(EG_ABS(a0) > K(0.0)))
+            return 0;
+        a0 = K(1.0) / a0;
+        F[0] = a0;
+    }
+    { /* row 0, column 0 */
+        real a1 = S[1];
+        real a2 = S[2];
+        real a3 = S[3];
+        F[1] = a1 * F[0];
+        if (!(EG_ABS(a2) > spherical_pendulum_SMALLEST_PIVOT * (EG_ABS(a3))))
+            return 0;
+        a2 = K(1.0) / a2;
+        F[2] = a2;
+        F[3] = a3 * a2;
+    }
+    { /* row 1, column 1 */
+        real a4 = S[4];
+        real a5 = S[5];
+        real a6 = S[6];
+        F[4] = a4 * F[0];
+        a6 = a6 - a5 * F[3];
+        F[5] = a5 * F[2];
+        if (!(EG_ABS(a6) > K(0.0)))
+            return 0;
+        a6 = K(1.0) / a6;
+        F[6] = a6;
+    }
+    return 1;
+}
+
+/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
+static void spherical_pendulum_substitute(const real *restrict F, const real *restrict r, real *restrict x)
+{
+    const real y0 = r[2];
+    const real y1 = r[0] - F[1] * y0;
+    const real y2 = r[1] - F[4] * y0 - F[5] * y1;
+    const real x2 = y2 * F[6];
+    const real x1 = y1 * F[2] - F[3] * x2;
+    const real x0 = y0 * F[0];
+    x[2] = x0;
+    x[0] = x1;
+    x[1] = x2;
+}
+
+/* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
+static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
+{
+    work->whole = 0;
+    if (spherical_pendulum_eliminate(work->entries, work->factors))
+        return 1;
+    work->whole = 1;
+    spherical_pendulum_spread(work->entries, work->matrix);
+    return spherical_pendulum_factor(work->matrix, work->pivot);
+}
+
+/* solution = S^-1 right. */
+static void spherical_pendulum_solve_step(spherical_pendulum_workspace *work)
+{
+    if (!work->whole) {
+        spherical_pendulum_substitute(work->factors, work->right, work->solution);
+        return;
+    }
+    memcpy(work->solution, work->right, sizeof work->solution);
+    spherical_pendulum_solve(work->matrix, work->pivot, work->solution);
+}
+
+/* Numbers of the partials at work->q, v, vdot, lam. */
+static void spherical_pendulum_partial_numbers(const spherical_pendulum_parameters *p, real t, spherical_pendulum_workspace *work)
+{
+    spherical_pendulum_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 9, work->numbers + 18);
+    (void)p; (void)t; (void)work;
+}
+
+/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+static spherical_pendulum_status spherical_pendulum_accelerations(const spherical_pendulum_parameters *p, real t, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+{
+    spherical_pendulum_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
-    (void)p; (void)t; (void)q; (void)v; (void)work;
-    return spherical_pendulum_finite(vdot, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
+    (void)p; (void)t;
+    return spherical_pendulum_finite(work->vdot, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
 void spherical_pendulum_default_settings(spherical_pendulum_settings *settings)
@@ -216,21 +338,18 @@ void spherical_pendulum_default_settings(spherical_pendulum_settings *settings)
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */
-typedef struct spherical_pendulum_coefficients {
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-} spherical_pendulum_coefficients;
-
 static spherical_pendulum_coefficients spherical_pendulum_coefficients_of(real rho)
 {
     spherical_pendulum_coefficients c;
+    c.rho_inf = rho;
     c.alpha_m = (K(2.0) * rho - K(1.0)) / (rho + K(1.0));
     c.alpha_f = rho / (rho + K(1.0));
     c.gamma = K(0.5) + c.alpha_f - c.alpha_m;
     c.beta = K(1.0) / ((K(1.0) + rho) * (K(1.0) + rho));
     c.b = (K(1.0) - c.alpha_m) / (c.beta * (K(1.0) - c.alpha_f));
     c.g = c.gamma / c.beta;
+    c.to_vdot = K(1.0) / (K(1.0) - c.alpha_f);
+    c.to_a = K(1.0) / (K(1.0) - c.alpha_m);
     return c;
 }
 
@@ -244,12 +363,12 @@ static int spherical_pendulum_settings_are_good(const spherical_pendulum_setting
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
- * state->vdot becomes f(0). */
-static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p, const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
+ * state->vdot becomes that of f(0). */
+static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
     const real *first, const real *last, real fraction, real length, spherical_pendulum_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
-    real vdot[3], slope[3];
+    real vdot[3], slope[3], increment[3];
     int stage, i;
     for (i = 0; i < 3; ++i)
         slope[i] = vdot[i] = K(0.0);
@@ -260,15 +379,16 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
         if (status != SPHERICAL_PENDULUM_OK)
             return status;
         for (i = 0; i < 3; ++i) {
-            work->increment[i] = state->v[i] + K(0.5) * s * vdot[i];
+            increment[i] = state->v[i] + K(0.5) * s * vdot[i];
             work->v[i] = state->v[i] + s * vdot[i];
         }
-        spherical_pendulum_update(state->q, work->increment, s, work->q);
-        status = spherical_pendulum_acceleration(p, t, work->q, work->v, work->vdot, work, &state->statistics);
+        spherical_pendulum_update(state->q, increment, s, work->q);
+        status = spherical_pendulum_accelerations(p, t, work, &state->statistics);
         if (status != SPHERICAL_PENDULUM_OK)
             return status;
-        if (stage == 0)
+        if (stage == 0) {
             memcpy(vdot, work->vdot, sizeof vdot);
+        }
         for (i = 0; i < 3; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
     }
@@ -276,197 +396,268 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
+    state->known = state->order = 0;
+    (void)settings;
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
 spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table)
 {
-    spherical_pendulum_coefficients c;
+    const real *last = u_table == NULL ? NULL : u_table + 0;
     spherical_pendulum_state start;
-    spherical_pendulum_status status;
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    real still[3];
     int i;
     if (!spherical_pendulum_settings_are_good(settings))
         return SPHERICAL_PENDULUM_BAD_ARGUMENT;
     if (!spherical_pendulum_finite(&state->t, 1) || !spherical_pendulum_finite(state->q, 4) || !spherical_pendulum_finite(state->v, 3))
         return SPHERICAL_PENDULUM_NOT_FINITE;
-    c = spherical_pendulum_coefficients_of(settings->rho_inf);
+    work->coefficients = spherical_pendulum_coefficients_of(settings->rho_inf);
     start = *state;
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 3; ++i)
-        work->increment[i] = K(0.0);
-    spherical_pendulum_update(state->q, work->increment, K(0.0), start.q); /* brings quaternions to unit length */
+        still[i] = K(0.0);
+    spherical_pendulum_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
     start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
-    work->rate = K(0.3);
-    status = spherical_pendulum_start(p, &c, &start, start.step, u_table, u_table == NULL ? NULL : u_table + 0, K(0.0), K(1.0), work);
+    work->rate_of_convergence = K(0.3);
+    if (status == SPHERICAL_PENDULUM_OK)
+        status = spherical_pendulum_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
     if (status == SPHERICAL_PENDULUM_OK)
         *state = start;
     return status;
 }
 
-/* S = b M + step g C + step^2 K T(step * increment), the derivative of step * r with respect to the increment, and its factors. */
+/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its factors. */
 static int spherical_pendulum_iteration_matrix(const spherical_pendulum_parameters *p, const spherical_pendulum_coefficients *c, real t, real step, spherical_pendulum_workspace *work)
 {
+    spherical_pendulum_weights weights;
+    real theta[6];
     int i;
-    int j, k;
-    real theta[6], T[18], row[6];
-    spherical_pendulum_partials(work->q, work->v, work->vdot, work->position_derivative, work->velocity_derivative, work->mass);
-    for (i = 0; i < 9; ++i)
-        work->matrix[i] = c->b * work->mass[i] + step * c->g * work->velocity_derivative[i];
     for (i = 0; i < 3; ++i)
         theta[i] = step * work->increment[0 + i];
-    spherical_pendulum_tangent_so3(theta, T);
-    for (i = 0; i < 3; ++i) {
-        real *K_row = work->position_derivative + i * 3 + 0;
-        for (j = 0; j < 3; ++j) {
-            row[j] = K_row[0] * T[j] + K_row[1] * T[3 + j] + K_row[2] * T[6 + j];
-        }
-        for (k = 0; k < 3; ++k)
-            K_row[k] = row[k];
-    }
-    for (i = 0; i < 9; ++i)
-        work->matrix[i] = work->matrix[i] + step * step * work->position_derivative[i];
-    (void)p; (void)t; (void)step;
+    spherical_pendulum_tangent_so3(theta, work->tangents + 0);
+    weights.M = c->b;
+    weights.C = step * c->g;
+    weights.K = step * step;
+    weights.B = c->g;
+    weights.Z = step;
+    spherical_pendulum_partial_numbers(p, t, work);
+    spherical_pendulum_assemble(&weights, work->tangents, NULL, work->numbers, work->entries);
     work->factored_step = K(0.0);
-    return spherical_pendulum_factor(work->matrix, work->pivot);
+    return spherical_pendulum_factorize(work);
 }
 
-/* Newton's iteration for one (sub-)step from `from` to `to`, which must be different; inputs and base at t have been prepared.
- *   unknown        D: q = q_n o exp(step D)
- *   kinematics     v = g D + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((D - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
- *   equilibrium    step r(q, v, vdot, t) = 0
- * The factors of an earlier step serve as long as the increments shrink well and until the iterations that they have cost more than
- * young ones did add up to the work of making new ones (buying once renting has cost as much). */
-static spherical_pendulum_status spherical_pendulum_advance(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
-    const spherical_pendulum_state *from, spherical_pendulum_state *to, real t, real step, int refresh, spherical_pendulum_workspace *work)
+/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+static void spherical_pendulum_move(const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
 {
-    real *D = work->increment;
+    int i;
+    for (i = 0; i < 3; ++i)
+        work->increment[i] = work->unknown[i];
+    spherical_pendulum_update(from->q, work->increment, step, work->q);
+    (void)from;
+}
+
+/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+static int spherical_pendulum_turns_too_far(real step, const spherical_pendulum_workspace *work)
+{
+    const real *w;
+    const real limit = K(0.9) * K(6.283185307179586) / step;
+    w = work->unknown + 0;
+    if (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > limit * limit)
+        return 1;
+    return 0;
+}
+
+/* What forming and factoring the matrix costs, in iterations. */
+#define spherical_pendulum_FACTORS_COST K(0.7014925373134329)
+
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
+ * round-off when components differ much in size. */
+static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, spherical_pendulum_workspace *work)
+{
+    real magnitude = K(0.0);
+    int i;
+    for (i = 0; i < 3; ++i)
+        magnitude = spherical_pendulum_larger(magnitude, EG_ABS(work->unknown[i]));
+    for (i = 0; i < 3; ++i)
+        work->per_tolerance[i] = settings->atol + K(8.0) * spherical_pendulum_EPSILON * magnitude;
+    for (i = 0; i < 3; ++i)
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
+ *   unknowns       E, step lam: q = q_n o exp(step E)
+ *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
+ *   equations      step r(q, v, vdot, lam, t) = 0
+ * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * again ever more rarely. */
+static spherical_pendulum_status spherical_pendulum_advance(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    const spherical_pendulum_state *from, real t, real step, int refresh, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+{
+    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    real *x = work->unknown;
     real previous = K(0.0);
-    real largest_residual;
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->excess > K(2.189189189189189);
-    for (i = 0; i < 3; ++i) { /* predictor: a_{n+1} = a_n */
-        D[i] = from->v[i] + K(0.5) * step * from->a[i];
-        work->v[i] = from->v[i] + step * from->a[i];
-        work->vdot[i] = (from->a[i] - c->alpha_f * from->vdot[i]) / (K(1.0) - c->alpha_f);
+        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > spherical_pendulum_FACTORS_COST + work->excess;
+    /* predictor: a and lam by a polynomial through their last values */
+    for (i = 0; i < 3; ++i) {
+        const real a = from->a[i];
+        real next = a;
+        if (from->order >= 1)
+            next = next + (a - from->a_before[i]);
+        if (from->order >= 2)
+            next = next + (a - K(2.0) * from->a_before[i] + from->a_before[3 + i]);
+        x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
+        work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
+        work->vdot[i] = ((K(1.0) - c->alpha_m) * next + c->alpha_m * a - c->alpha_f * from->vdot[i]) * c->to_vdot;
     }
+    if (spherical_pendulum_turns_too_far(step, work))
+        return SPHERICAL_PENDULUM_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), magnitude = K(0.0), rate;
-        spherical_pendulum_update(from->q, D, step, work->q);
-        spherical_pendulum_residual(work->q, work->v, work->vdot, work->vector);
-        ++to->statistics.evaluations;
-        if (!spherical_pendulum_finite(work->vector, 3))
-            return SPHERICAL_PENDULUM_NOT_FINITE;
+        real error = K(0.0), rate;
+        spherical_pendulum_move(from, step, work);
+        spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
+        ++statistics->evaluations;
         if (factor) {
+            if (!spherical_pendulum_finite(work->right, 3))
+                return SPHERICAL_PENDULUM_NOT_FINITE;
             if (!spherical_pendulum_iteration_matrix(p, c, t, step, work))
-                return spherical_pendulum_finite(work->matrix, 9) ? SPHERICAL_PENDULUM_SINGULAR : SPHERICAL_PENDULUM_NOT_FINITE;
-            ++to->statistics.factorizations;
+                return spherical_pendulum_finite(work->entries, 7) ? SPHERICAL_PENDULUM_SINGULAR : SPHERICAL_PENDULUM_NOT_FINITE;
+            ++statistics->factorizations;
             work->factored_step = step;
             work->factored_rho_inf = settings->rho_inf;
-            work->rate = K(0.3);
-            work->usual = 0;
-            work->excess = K(0.0);
+            work->rate_of_convergence = K(0.3);
             factor = 0;
             fresh = 1;
             since = 0;
         }
-        largest_residual = K(0.0);
+        for (i = 0; i < 3; ++i)
+            work->right[i] = -step * work->right[i];
+        spherical_pendulum_solve_step(work);
+        for (i = 0; i < 3; ++i)
+            x[i] = x[i] + work->solution[i];
         for (i = 0; i < 3; ++i) {
-            const real size = EG_ABS(work->vector[i]);
-            if (size > largest_residual)
-                largest_residual = size;
-            work->vector[i] = -step * work->vector[i];
+            work->v[i] = work->v[i] + c->g * work->solution[i];
+            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
         }
-        spherical_pendulum_solve(work->matrix, work->pivot, work->vector);
-        if (!spherical_pendulum_finite(work->vector, 3))
-            return SPHERICAL_PENDULUM_NOT_FINITE;
+        if (iteration == 0)
+            spherical_pendulum_tolerances(settings, work);
         for (i = 0; i < 3; ++i) {
-            D[i] = D[i] + work->vector[i];
-            work->v[i] = work->v[i] + c->g * work->vector[i];
-            work->vdot[i] = work->vdot[i] + c->b / step * work->vector[i];
-            if (EG_ABS(D[i]) > magnitude)
-                magnitude = EG_ABS(D[i]);
-        }
-        /* weighted RMS of the increment; the last term keeps the demand above round-off when components differ much in size */
-        for (i = 0; i < 3; ++i) {
-            const real weighted = work->vector[i] / (settings->atol + settings->rtol * EG_ABS(D[i]) + K(8.0) * spherical_pendulum_EPSILON * magnitude);
+            const real weighted = work->solution[i] * work->per_tolerance[i];
             error = error + weighted * weighted;
         }
-        error = EG_SQRT(error / K(3.0));
-        ++to->statistics.newton_iterations;
+        error = EG_SQRT(error * K(0.3333333333333333));
+        if (!(error - error == K(0.0)))
+            return SPHERICAL_PENDULUM_NOT_FINITE;
+        ++statistics->newton_iterations;
         ++since;
-        rate = since >= 2 ? error / previous : work->rate;
-        work->rate = rate;
-        /* accept when the increment is small and what the contraction promises to be left is so too */
-        if (error == K(0.0) || (error <= K(1.0) && rate < K(1.0) && error * rate <= K(1.0) - rate)) {
-            spherical_pendulum_update(from->q, D, step, to->q);
-            for (i = 0; i < 3; ++i) {
-                to->a[i] = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * from->vdot[i] - c->alpha_m * from->a[i]) / (K(1.0) - c->alpha_m);
-                to->v[i] = work->v[i];
-                to->vdot[i] = work->vdot[i];
+        rate = since >= 2 ? error / previous : work->rate_of_convergence;
+        work->rate_of_convergence = rate;
+        /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+            if (fresh) {
+                work->usual = since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+                if (work->pause > 0)
+                    --work->pause;
+            } else {
+                ++work->borrowed;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
+                if (work->last_excess <= spherical_pendulum_FACTORS_COST)
+                    work->streak = 0;
+                else if (work->borrowed == 1) { /* not even the next step can use them */
+                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                    work->pause = work->streak;
+                }
             }
-            to->t = t;
-            if (!fresh) { /* the first step with borrowed factors shows what they are worth when young; one iteration more is chance */
-                if (work->usual == 0)
-                    work->usual = since + 1;
-                work->excess = work->excess + (real)(since > work->usual ? since - work->usual : 0);
-            }
-            if (largest_residual > to->statistics.max_residual)
-                to->statistics.max_residual = largest_residual;
-            return spherical_pendulum_finite(to->q, 4) && spherical_pendulum_finite(to->v, 3) && spherical_pendulum_finite(to->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
+            for (i = 0; i < 3; ++i)
+                statistics->max_residual = spherical_pendulum_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            if (spherical_pendulum_turns_too_far(step, work))
+                return SPHERICAL_PENDULUM_ROTATION_TOO_LARGE;
+            spherical_pendulum_move(from, step, work);
+            return spherical_pendulum_finite(work->q, 4) && spherical_pendulum_finite(work->v, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return SPHERICAL_PENDULUM_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
+            if (!fresh && work->borrowed == 0) {
+                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                work->pause = work->streak;
+            }
             factor = 1;
+        }
         previous = error;
     }
     return SPHERICAL_PENDULUM_NOT_CONVERGED;
 }
 
-/* One step of the grid as 2^level sub-steps, from `state` to `next`. */
+/* The state at the end of the step that is in work. */
+static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, real t, spherical_pendulum_state *state, const spherical_pendulum_workspace *work)
+{
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const real old = state->a[i], before = state->a_before[i];
+        const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
+        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[3 + i]);
+        missed[0] = missed[0] + first * first;
+        missed[1] = missed[1] + second * second;
+        missed[2] = missed[2] + third * third;
+        state->a_before[3 + i] = before;
+        state->a_before[i] = old;
+        state->a[i] = a;
+        state->v[i] = work->v[i];
+        state->vdot[i] = work->vdot[i];
+    }
+    if (state->known < 3)
+        ++state->known;
+    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
+    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
+        state->order = 2;
+    memcpy(state->q, work->q, sizeof state->q);
+    state->t = t;
+}
+
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
-    const spherical_pendulum_state *state, spherical_pendulum_state *next, const real *first, const real *last, long level, int refresh, spherical_pendulum_workspace *work)
+    spherical_pendulum_state *state, const real *first, const real *last, long level, int refresh, spherical_pendulum_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts;
-    const spherical_pendulum_statistics statistics = next->statistics; /* of earlier attempts at this step */
-    spherical_pendulum_state from = *state;
     spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
     long part;
-    from.statistics = statistics;
     if (level > 0)
-        status = spherical_pendulum_start(p, c, &from, step, first, last, K(0.0), K(1.0) / (real)parts, work);
-    *next = from;
+        status = spherical_pendulum_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
     for (part = 1; part <= parts && status == SPHERICAL_PENDULUM_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         status = spherical_pendulum_prepare(p, t, first, last, (real)part / (real)parts, work);
         if (status == SPHERICAL_PENDULUM_OK)
-            status = spherical_pendulum_advance(p, settings, c, &from, next, t, step, refresh, work);
+            status = spherical_pendulum_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
         if (status == SPHERICAL_PENDULUM_OK)
-            from = *next;
+            spherical_pendulum_accept(c, t, state, work);
     }
     if (level > 0 && status == SPHERICAL_PENDULUM_OK)
-        status = spherical_pendulum_start(p, c, next, settings->step, first, last, K(1.0), K(1.0), work);
+        status = spherical_pendulum_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
     return status;
 }
 
-spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+/* One step with good settings. */
+static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
-    spherical_pendulum_coefficients c;
-    spherical_pendulum_state next;
     spherical_pendulum_status status;
     long level;
-    if (!spherical_pendulum_settings_are_good(settings))
-        return SPHERICAL_PENDULUM_BAD_ARGUMENT;
     if (state->step != settings->step || state->rho_inf != settings->rho_inf) {
         const spherical_pendulum_statistics statistics = state->statistics;
         status = spherical_pendulum_initialize(p, settings, state, work, u_table);
@@ -474,24 +665,32 @@ spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_param
             return status;
         state->statistics = statistics;
     }
-    c = spherical_pendulum_coefficients_of(settings->rho_inf);
-    next = *state;
-    status = spherical_pendulum_substeps(p, settings, &c, state, &next, u_table, last, 0, 0, work);
-    if (status != SPHERICAL_PENDULUM_OK && status != SPHERICAL_PENDULUM_BAD_ARGUMENT)
-        status = spherical_pendulum_substeps(p, settings, &c, state, &next, u_table, last, 0, 1, work);
-    for (level = 1; level <= settings->max_halvings && status != SPHERICAL_PENDULUM_OK && status != SPHERICAL_PENDULUM_BAD_ARGUMENT; ++level) {
+    if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
+        work->coefficients = spherical_pendulum_coefficients_of(settings->rho_inf);
+    status = spherical_pendulum_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
+    if (status != SPHERICAL_PENDULUM_OK && status != SPHERICAL_PENDULUM_BAD_ARGUMENT && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE)
+        status = spherical_pendulum_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
+    for (level = 1; level <= settings->max_halvings && status != SPHERICAL_PENDULUM_OK && status != SPHERICAL_PENDULUM_BAD_ARGUMENT && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE; ++level) {
+        spherical_pendulum_state next = *state;
         ++next.statistics.halvings;
-        status = spherical_pendulum_substeps(p, settings, &c, state, &next, u_table, last, level, 0, work);
+        status = spherical_pendulum_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
+        if (status == SPHERICAL_PENDULUM_OK)
+            *state = next;
+        state->statistics = next.statistics;
     }
-    state->statistics = next.statistics;
     if (status != SPHERICAL_PENDULUM_OK) {
         work->factored_step = K(0.0);
         return status;
     }
-    ++next.statistics.steps;
-    next.count = state->count + 1;
-    *state = next;
+    ++state->statistics.steps;
+    ++state->count;
     return SPHERICAL_PENDULUM_OK;
+}
+
+spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, const real *u_table)
+{
+    return spherical_pendulum_settings_are_good(settings) ? spherical_pendulum_take_step(p, settings, state, work, u_table) : SPHERICAL_PENDULUM_BAD_ARGUMENT;
 }
 
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
@@ -499,9 +698,9 @@ spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parame
 {
     long k, rows = 0;
     int i;
-    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
-    for (k = 0; k < steps; ++k) {
-        status = spherical_pendulum_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
+    spherical_pendulum_status status = spherical_pendulum_settings_are_good(settings) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    for (k = 0; k < steps && status == SPHERICAL_PENDULUM_OK; ++k) {
+        status = spherical_pendulum_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != SPHERICAL_PENDULUM_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
