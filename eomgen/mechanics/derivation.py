@@ -12,6 +12,7 @@ from eomgen.mechanics.base import base_state, resting_base
 from eomgen.mechanics.bodies import poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
 from eomgen.mechanics.energy import energies
+from eomgen.mechanics.extended import extended_partials, pattern
 from eomgen.mechanics.forces import Loads, applied_loads
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.forward import solve_tree
@@ -114,10 +115,15 @@ class Derivation:
 
     def forward_dynamics(self) -> list[Block]:
         ways = [articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts)]
-        if sum(depth * depth for depth in self._depths()) < LONG_TREE:
+        if not self.long:
             ways.append(self._forward_by_mass_matrix())
         vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
         return [self._vector("vdot", vdot, "time derivative of v")]
+
+    @property
+    def long(self) -> bool:
+        """Whether the tree is so long that nothing quadratic in its depth should be recorded unasked."""
+        return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
     def _depths(self) -> list[int]:
         """Return for each velocity component how many there are from the root to it."""
@@ -207,10 +213,21 @@ class Derivation:
         ]
 
     def iteration(self) -> list[Block]:
-        matrices = self.partials()
-        if self.constraints is not None:
-            matrices += [*self.constraint_jacobian(), *self.velocity_partials()]
+        if self.constraints is None:
+            return self._extended_iteration()
+        matrices = [*self.partials(), *self.constraint_jacobian(), *self.velocity_partials()]
         return [self._packed(block) for block in matrices]
+
+    def _extended_iteration(self) -> list[Block]:
+        residual = self._inverse()
+        with self.tape.block("partials of each step of the recursion"):
+            found = extended_partials(self.grouped, self.kinematics, self.motion, self.loads.wrenches, residual)
+        blocks = []
+        for name, entries in found.items():
+            places, refs = pattern(entries)
+            self.patterns[name] = places
+            blocks.append(Block(name, (len(refs),), refs, f"nonzeros of {name} of the extended system"))
+        return blocks
 
     def jacobian_values(self) -> list[Block]:
         return [self._packed(self.constraint_jacobian()[0])]

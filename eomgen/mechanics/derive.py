@@ -49,6 +49,9 @@ OF_CONSTRAINTS = frozenset(
     }
 )  # fmt: skip
 
+#: Terms of long trees that are recorded only when they are asked for by name: their size is quadratic in the number of links.
+QUADRATIC = frozenset({"mass", "partials"})
+
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
@@ -80,12 +83,17 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     unknown = [name for name in asked if name not in TERMS]
     if unknown:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
-    return [name for name in TERMS if (not asked or name in asked) and _present(derivation, name)]
+    if asked:
+        return [name for name in TERMS if name in asked and _present(derivation, name)]
+    left_out = QUADRATIC if derivation.long and derivation.constraints is None else frozenset()
+    return [name for name in TERMS if name not in left_out and _present(derivation, name)]
 
 
 def _present(derivation: Derivation, name: str) -> bool:
     """Return whether a term has any meaning for the scene."""
     match name:
+        case "iteration":
+            return derivation.constraints is not None or derivation.long
         case "base_motion":
             return derivation.base.moving
         case "outputs":
@@ -148,7 +156,7 @@ def _facts(derivation: Derivation) -> Facts:
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied()]
     return Facts(
-        constant_mass=not any(symbol.block == "q" for symbol in tape.depends_on(_refs(derivation.mass()))),
+        constant_mass=not derivation.long and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(tape.op[node] in _ROUGH for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,

@@ -40,16 +40,20 @@ def zero_base(tree: Tree) -> BaseMotion:
 
 def generalized(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Scalar]:
     """Return the generalized forces of one wrench per link: inward recursion, projected joint by joint."""
+    total = carried_loads(tree, loads, label)
+    return tree.by_dof({index: project(link, total[index]) for index, link in enumerate(tree.links)})
+
+
+def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
+    """Return for each joint the wrench that it transmits: that of its link and of all that hangs on it."""
     total = list(loads)
-    efforts: dict[int, list[Scalar]] = {}
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
-        with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
-            efforts[index] = project(link, total[index])
-            if link.parent != ROOT:
+        if link.parent != ROOT:
+            with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
                 moment, force = carry(link, total[index])
                 total[link.parent] = (plus(total[link.parent][0], moment), plus(total[link.parent][1], force))
-    return tree.by_dof(efforts)
+    return total
 
 
 def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:

@@ -89,12 +89,16 @@ class Tree:
         return [values[index][k] for index, k in self.dof_links()]
 
     def dof_parents(self) -> tuple[int, ...]:
-        """Return for each velocity component the nearest one towards the root, -1 where there is none."""
+        """Return for each velocity component the nearest one towards the root that it is coupled with, -1 where there is none.
+
+        The turning and the translating link of an absolute body on R^3 x SO(3) are not coupled, and come in the other order.
+        """
         parents: list[int] = []
         for index, k in self.dof_links():
             above = self.links[index].parent
             last = -1 if above == ROOT else self.links[above].factor.v_start + self.links[above].factor.v_size - 1
-            parents.append(last if k == 0 else len(parents) - 1)
+            nearest = last if k == 0 else len(parents) - 1
+            parents.append(nearest if nearest < len(parents) else -1)
         return tuple(parents)
 
     def children(self) -> list[list[int]]:

@@ -41,7 +41,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     -----
     Linear in (live nodes) x (directions that reach them). Each local partial is recorded once and shared by all directions.
     """
-    seeded = _by_node(tape, seeds)
+    seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
     maps: dict[int, list[Tangent]] = {}
     for node in tape.live(outputs):
@@ -59,7 +59,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
                 maps[number] = map_partials(tape, number, tangents)
             tangent = maps[number][tape.b[node]]
         else:
-            tangent = _node_tangent(tape, node, op, tangents)
+            tangent = node_tangent(tape, node, op, tangents)
         if tangent:
             tangents[node] = tangent
     return [signed_tangent(tangents, ref) for ref in outputs]
@@ -124,7 +124,8 @@ def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
     return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
 
 
-def _by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
+def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
+    """Return seeds by node number, signs of references taken in, zeros dropped."""
     by_node: dict[int, Tangent] = {}
     for key, given in seeds.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
@@ -132,7 +133,8 @@ def _by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
     return by_node
 
 
-def _node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
+def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
+    """Return the tangent of an operation from those of the nodes before it."""
     operands = tape.operands(node)
     inner = [signed_tangent(tangents, ref) for ref in operands]
     if not any(inner):

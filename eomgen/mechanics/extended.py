@@ -1,0 +1,73 @@
+"""Partials of inverse dynamics of long trees, linear in the number of links: the recursion's own quantities stay unknowns.
+
+Between links the equations pass on only angular velocity, angular acceleration, acceleration of the origin, and the transmitted
+wrench (poses and twists too, where applied forces need them). With these as unknowns s, the matrix of a Newton step is sparse,
+and eliminating them from the tips to the root is the articulated-body recursion for an implicit step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.motion import BaseMotion, angular_velocities, total_fields
+from eomgen.mechanics.terms import Wrench, carried_loads, difference, field_wrenches
+from eomgen.mechanics.tree import Tree
+from eomgen.symbolic.configuration import configuration_seeds
+from eomgen.symbolic.cuts import cut_partials
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE, InputSymbol, Ref
+
+Entries = dict[tuple[int, int], Ref]
+
+
+def extended_partials(
+    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar]
+) -> dict[str, Entries]:
+    """Return the nonzeros of K, C, M and X by (row, column).
+
+    Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
+    velocity components; of X: the unknowns s.
+    """
+    tape, nv = tree.algebra.tape, tree.nv
+    factors = [link.factor for link in tree.links]
+    seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
+    for k in range(nv):
+        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    cuts = [scalar.ref for scalar in _passed_on(tree, kinematics, base, loads)]
+    rows, definitions = cut_partials(tape, [value.ref for value in residual], seeds, cuts, 3 * nv)
+    entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
+    for row, tangent in enumerate([*rows, *definitions]):
+        for direction, ref in tangent.items():
+            name = ("K", "C", "M")[direction // nv] if direction < 3 * nv else "X"
+            column = direction % nv if direction < 3 * nv else direction - 3 * nv
+            entries[name][row, column] = ref
+    for number in range(len(definitions)):
+        row = nv + number
+        entries["X"][row, number] = tape.sub(entries["X"].get((row, number), tape.constant(0.0)), ONE)
+    return entries
+
+
+def _passed_on(
+    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None]
+) -> Iterable[Scalar]:
+    fields = total_fields(tree, base, accelerations=True, gravity=True)
+    inertial = field_wrenches(tree, fields)
+    net = [load if applied is None else difference(load, applied) for load, applied in zip(inertial, loads, strict=True)]
+    for omega in angular_velocities(tree, base.omega):
+        yield from omega
+    for field in fields:
+        yield from (*field.alpha, *field.origin)
+    for moment, force in carried_loads(tree, net, "inverse dynamics"):
+        yield from (*moment, *force)
+    if any(load is not None for load in loads):
+        for index in range(len(tree.links)):
+            R, p = kinematics.pose(index)
+            omega, velocity = kinematics.twist(index)
+            yield from (*R[0], *R[1], *R[2], *p, *omega, *velocity)
+
+
+def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
+    """Return places row by row, and the references there."""
+    places = tuple(sorted(entries))
+    return places, tuple(entries[place] for place in places)
