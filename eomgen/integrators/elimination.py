@@ -6,10 +6,8 @@ Markowitz, Management Science 3 (1957) 255; Duff, Erisman and Reid, Direct Metho
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: A pivot is at least this part of the largest entry of its column, in every sample.
 THRESHOLD = 0.02
+#: What is taken in the end rather than nothing.
+_LAST_THRESHOLDS = (1e-3, 1e-8)
 #: Rows and columns of lowest count among which a pivot is looked for before all are.
 _SEARCHED = 4
 
@@ -54,34 +54,56 @@ class Elimination:
         return self.size + sum(map(len, self.lower)) + sum(map(len, self.upper))
 
 
-def eliminate(size: int, samples: Mapping[tuple[int, int], Array]) -> Elimination:
+def eliminate(
+    size: int, samples: Mapping[tuple[int, int], Array], stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None
+) -> Elimination:
     """Choose the pivots.
 
     Parameters
     ----------
     samples : mapping from (row, column) to (n,) values
         Every entry that is not zero by structure, at n states of the system.
+    stages : sequence of (rows, columns), optional
+        Where to look for pivots, one after the other; what finds none waits for the next stage.
 
     Raises
     ------
     ModelError
         When some sample is singular.
     """
+    everything = [(range(size), range(size))]
     state = _Active(size, samples)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
     right: list[list[int]] = []
     operations = 0
-    for position in range(size):
-        row, column = state.pivot()
-        rows.append(row)
-        columns.append(column)
-        below, beside = state.eliminate(row, column)
-        operations += len(below) * len(beside)
-        for other in below:
-            left[other].append(position)
-        right.append(beside)
+    active_rows: set[int] = set()
+    active_columns: set[int] = set()
+    plan = list(stages) if stages is not None else everything
+    for number, (new_rows, new_columns) in enumerate(plan):
+        active_rows |= set(new_rows)
+        active_columns |= set(new_columns)
+        thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
+        while active_columns and (found := state.pivot(active_rows, active_columns, thresholds)) is not None:
+            row, column = found
+            rows.append(row)
+            columns.append(column)
+            active_rows.discard(row)
+            active_columns.discard(column)
+            below, beside = state.eliminate(row, column)
+            operations += len(below) * len(beside)
+            for other in below:
+                left[other].append(len(rows) - 1)
+            right.append(beside)
+    if len(rows) < size:
+        raise ModelError(
+            Problem(
+                "iteration matrix",
+                "it is singular at the initial state: constraints repeat each other, or a mass is missing",
+                "remove constraints that say the same twice, and give every moving part a mass",
+            )
+        )
     place = {column: position for position, column in enumerate(columns)}
     lower = tuple(tuple(left[row]) for row in rows)
     upper = tuple(tuple(sorted(place[column] for column in beside)) for beside in right)
@@ -97,49 +119,26 @@ class _Active:
         for (row, column), values in _equilibrated(size, samples).items():
             self.rows[row][column] = values
             self.columns[column].add(row)
-        self.row_heap = [(len(entries), row) for row, entries in enumerate(self.rows)]
-        self.column_heap = [(len(entries), column) for column, entries in enumerate(self.columns)]
-        heapq.heapify(self.row_heap)
-        heapq.heapify(self.column_heap)
 
-    def pivot(self) -> tuple[int, int]:
+    def pivot(self, rows: set[int], columns: set[int], thresholds: Sequence[float]) -> tuple[int, int] | None:
+        """Return the best pivot in some rows and columns, None where none is large enough in its column."""
         best: tuple[float, float, int, int] | None = None
-        for row in self._shortest(self.row_heap, self.rows):
+        for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
             for column in self.rows[row]:
-                best = self._better(best, row, column, THRESHOLD)
-        for column in self._shortest(self.column_heap, self.columns):
+                if column in columns:
+                    best = self._better(best, row, column, thresholds[0])
+        for column in sorted(columns, key=lambda k: (len(self.columns[k]), k))[:_SEARCHED]:
             for row in self.columns[column]:
-                best = self._better(best, row, column, THRESHOLD)
-        for threshold in (THRESHOLD, 1e-3, 1e-8):
+                if row in rows:
+                    best = self._better(best, row, column, thresholds[0])
+        for threshold in thresholds:
             if best is not None:
                 break
-            for row, entries in enumerate(self.rows):
-                for column in entries:
-                    best = self._better(best, row, column, threshold)
-        if best is None:
-            raise ModelError(
-                Problem(
-                    "iteration matrix",
-                    "it is singular at the initial state: constraints repeat each other, or a mass is missing",
-                    "remove constraints that say the same twice, and give every moving part a mass",
-                )
-            )
-        return best[2], best[3]
-
-    def _shortest(self, heap: list[tuple[int, int]], entries: Sequence[Any]) -> list[int]:
-        """Return those of lowest count; counts in the heap that are out of date are dropped or brought up to date."""
-        found: list[tuple[int, int]] = []
-        while heap and len(found) < _SEARCHED:
-            count, number = heapq.heappop(heap)
-            now = len(entries[number])
-            if now and (count, number) not in found:
-                if count == now:
-                    found.append((count, number))
-                else:
-                    heapq.heappush(heap, (now, number))
-        for item in found:
-            heapq.heappush(heap, item)
-        return [number for _, number in found]
+            for row in sorted(rows):
+                for column in self.rows[row]:
+                    if column in columns:
+                        best = self._better(best, row, column, threshold)
+        return None if best is None else (best[2], best[3])
 
     def _better(
         self, best: tuple[float, float, int, int] | None, row: int, column: int, threshold: float
@@ -170,11 +169,8 @@ class _Active:
                 known = target.get(other)
                 target[other] = -factor * value if known is None else known - factor * value
                 self.columns[other].add(number)
-            heapq.heappush(self.row_heap, (len(target), number))
         self.rows[row] = {}
         self.columns[column] = set()
-        for other in beside:
-            heapq.heappush(self.column_heap, (len(self.columns[other]), other))
         return below, beside
 
 

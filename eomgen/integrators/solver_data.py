@@ -19,6 +19,7 @@ from eomgen.integrators.iteration_matrix import (
     tangent_numbers,
 )
 from eomgen.integrators.samples import Samples
+from eomgen.integrators.stages import stages
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 
@@ -65,7 +66,7 @@ def make_solver(
     start, count = samples.packing.blocks.get("B", (0, 0))
     B = samples.numbers[:, start : start + count]
     values = evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, T), B, weights)
-    elimination = eliminate(unknowns.size, values)
+    elimination = eliminate(unknowns.size, values, stages(unknowns, factors, samples.packing))
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)

@@ -189,7 +189,6 @@ def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
     return {
         "runs": runs,
         "kernels": [_kernel_data(make(group)) for group in groups for make in made],
-        "loops": any(run["size"] > 1 for run in runs),
     }
 
 
