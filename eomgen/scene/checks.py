@@ -129,19 +129,21 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
     for joint in reversed(joints):
         own = inertias.get(joint.child)
         beyond = carried.pop(joint.child, [])
-        parts = None if own is None or beyond is None else [own, *beyond]
+        whole = None if own is None or beyond is None else combined([own, *beyond])
         if joint.type == "fixed":
             position = np.array([values.value(entry) for entry in joint.position])
-            known = parts is not None and bool(np.all(np.isfinite(position)))
-            moved = [part.moved(np.array(joint.orientation), position) for part in parts or []] if known else None
-            before = carried.get(joint.parent, [])
-            carried[joint.parent] = None if moved is None or before is None else [*before, *moved]
+            known = whole is not None and bool(np.all(np.isfinite(position)))
+            before = carried.setdefault(joint.parent, [])
+            if whole is None or not known:
+                carried[joint.parent] = None
+            elif before is not None:
+                before.append(whole.moved(np.array(joint.orientation), position))
             if joint.child in moving_beyond:
                 moving_beyond.add(joint.parent)
             continue
         judged = joint.child not in moving_beyond and not values.report.concerns(key_of("joints", joint.name))
-        if parts is not None and judged:
-            fault = immovable(joint.type, np.array(joint.axis), combined(parts), values.value(joint.rotor_inertia))
+        if whole is not None and judged:
+            fault = immovable(joint.type, np.array(joint.axis), whole, values.value(joint.rotor_inertia))
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
                 hint = _moving_hint(joint)
