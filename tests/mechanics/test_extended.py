@@ -1,0 +1,48 @@
+"""Long trees: the extended system of the recursion, with its unknowns eliminated, is the matrix of the ordinary partials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.derive import derive
+from eomgen.symbolic.evaluate import evaluate
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.robots import planar_chain
+from tests.oracles.states import on_base, random_states
+
+WEIGHTS = {"K": 0.3, "C": 0.7, "M": 1.9}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, rng: np.random.Generator) -> None:
+    scene = with_loads(random_scene(seed, 2 + seed), seed)
+    scene = with_base(scene, seed, turning=True) if seed % 2 else scene
+    system = derive(scene, ["partials"])
+    run = tape_evaluator(system)
+    state = random_states(system, 1, rng)
+    state = {name: block[0] for name, block in (on_base(run, state) if scene.base is not None else state).items()}
+    matrices = run("partials", state)
+    expected = sum(weight * matrices[name] for name, weight in WEIGHTS.items())
+    derivation = Derivation(scene)
+    blocks = {block.name: block for block in derivation._extended_iteration()}
+    nv = derivation.tree.nv
+    size = 1 + max(row for places in derivation.patterns.values() for row, _ in places)
+    whole = np.zeros((size, size))
+    for name, block in blocks.items():
+        weight, first = WEIGHTS.get(name, 1.0), nv if name == "X" else 0
+        for (row, column), value in zip(derivation.patterns[name], evaluate(derivation.tape, block.refs, state), strict=True):
+            whole[row, first + column] += weight * value
+    found = whole[:nv, :nv] - whole[:nv, nv:] @ np.linalg.solve(whole[nv:, nv:], whole[nv:, :nv])
+    assert relative_error(found, expected, 2) <= 1e-11
+
+
+def test_everything_of_a_long_chain_is_linear_in_its_links() -> None:
+    systems = [derive(planar_chain(n)) for n in (48, 60, 72)]
+    assert not {"mass", "partials"} & set(systems[0].functions)
+    for name in ("coupling", "force", "inverse_dynamics", "forward_dynamics", "residual", "iteration"):
+        short, middle, long = (system.counts[name].statements for system in systems)
+        assert long - middle == middle - short, name
+    assert {"mass", "partials"} <= set(derive(planar_chain(48), ["mass", "partials"]).functions)
