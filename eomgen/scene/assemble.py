@@ -124,7 +124,8 @@ class _Assembler:
             checks.check_inertias(inertias, self.report)
             inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}
         if complete and len(order) == len(links) == len(bodies):
-            checks.check_motion([joints[link.name] for link in order], inertias, values)
+            tree = [joints[link.name] for link in order]
+            checks.check_motion(tree, inertias, values, absolute=document.coordinates == "absolute")
         points = {name: self.point(name, point) for name, point in document.points.items()}
         constraints = tuple(
             read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()

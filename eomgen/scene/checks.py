@@ -112,8 +112,10 @@ def _moving_hint(joint: Joint) -> str:
     return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
 
 
-def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values) -> None:
+def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values, *, absolute: bool = False) -> None:
     """Report the absence of moving joints, and the outermost joints that move no inertia.
+
+    In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
 
     Parameters
     ----------
@@ -141,8 +143,14 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
             if joint.child in moving_beyond:
                 moving_beyond.add(joint.parent)
             continue
-        judged = joint.child not in moving_beyond and not values.report.concerns(key_of("joints", joint.name))
-        if whole is not None and judged:
+        judged = not values.report.concerns(key_of("joints", joint.name))
+        if absolute and whole is not None and judged:
+            fault = immovable("free", np.array(joint.axis), whole, 0.0)
+            if fault:
+                what = f"in absolute coordinates the body {joint.child} moves on its own, and {fault}"
+                hint = "inertia = [xx, yy, zz] above zero, or joint coordinates"
+                values.report.add(key_of("bodies", joint.child), what, hint)
+        elif whole is not None and judged and joint.child not in moving_beyond:
             fault = immovable(joint.type, np.array(joint.axis), whole, values.value(joint.rotor_inertia))
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"

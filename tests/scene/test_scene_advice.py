@@ -199,3 +199,13 @@ def test_a_constraint_between_two_points_of_the_world_closes_nothing() -> None:
     points = '[points]\na = { body = "world" }\nb = { body = "world", position = [1, 0, 0] }\n'
     [found] = problems(f'{points}[constraints]\nc = {{ type = "distance", first = "a", second = "b", length = 1 }}')
     assert "(constraints.c.second): both frames are in the same rigid body: world; try: " in found
+
+
+def test_bodies_of_absolute_coordinates_have_inertia() -> None:
+    text = 'coordinates = "absolute"\n' + replaced("inertia = [0.1, 0.1, 0.01]\n", "")
+    [found] = problems(text=text)
+    assert found == (
+        "scene.toml:7 (bodies.link): in absolute coordinates the body link moves on its own, and what it carries lacks mass,"
+        " or inertia about some axis through its centre of mass; try: inertia = [xx, yy, zz] above zero, or joint coordinates"
+    )
+    assert read(text='coordinates = "absolute"\n' + PENDULUM).coordinates == "absolute"
