@@ -175,11 +175,11 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
                 by_column.setdefault(column, []).append((constraint, number - start))
         for name in ("B", "Z"):
             for (constraint, column), number in moved[name].items():
-                row = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
-                if row is None:
+                equation = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
+                if equation is None:
                     continue
                 for other, nonzero in by_column.get(column, ()):
-                    place = (row, nv + unknowns.lam + other)
+                    place = (equation, nv + unknowns.lam + other)
                     terms.products.setdefault(place, []).append((weight["one" if name == "B" else "Z"], number, nonzero))
     return terms
 

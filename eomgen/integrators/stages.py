@@ -1,9 +1,9 @@
 """Which unknowns are eliminated together: body after body, each with the multipliers of the constraints that hold it.
 
-A body here is a factor of the configuration (a rotation and the position that follows it are one), with all that it shares inertia
-with. Of the bodies whose constraint equations they can all take up, the
-one with the fewest neighbours comes first, so that chains and trees are eliminated from their tips to their roots and the work
-grows with the number of bodies only: minimum degree (Tinney and Walker 1967) on bodies instead of unknowns.
+A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its inertia.
+Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first, so that chains and
+trees are eliminated from their tips to their roots and the work grows with the number of bodies only: minimum degree (Tinney
+and Walker 1967) on bodies instead of unknowns.
 """
 
 from __future__ import annotations

@@ -1,0 +1,56 @@
+"""The equations of a System as NumPy callables, for the oracle stepper: slow, and independent of all generated code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from eomgen.integrators.stepper import Array, Constraints, Equations
+from eomgen.symbolic.evaluate import evaluate
+
+
+def equations_of(system: Any) -> Equations:
+    """Return the equations of a System, evaluated on its tape: any call takes milliseconds.
+
+    Needs ``residual`` and ``partials``; with constraints ``equations``, ``constraint_bias`` and ``iteration`` besides. Inputs and
+    base follow the scene's formulas, parameters have their defaults.
+    """
+    nv, nl = system.nv, len(system.multipliers)
+
+    def value(name: str, block: str, t: float, **arrays: Array) -> Array:
+        known: dict[str, Any] = {"t": np.array([t]), "p": np.array([parameter.value for parameter in system.parameters])}
+        known |= {"u": np.zeros(system.nu), "z": np.zeros(system.nz)}
+        known |= {"v": np.zeros(nv), "a": np.zeros(nv), "lam": np.zeros(nl)} | arrays
+        for driver, target in (("inputs", "u"), ("base", "base")):
+            if driver in system.functions:
+                known[target] = evaluate(system.tape, system.functions[driver].refs, known)
+        refs = next((item.refs for item in system.functions[name].outputs if item.name == block), ())
+        return np.asarray(evaluate(system.tape, refs, known), float)
+
+    def dense(block: str, shape: tuple[int, int], t: float, **arrays: Array) -> Array:
+        matrix = np.zeros(shape)
+        if pattern := system.patterns.get(block):
+            matrix[tuple(np.array(pattern).T)] = value("iteration", block, t, **arrays)
+        return matrix
+
+    def partials(t: float, q: Array, v: Array, a: Array, lam: Array | None = None) -> tuple[Array, Array, Array]:
+        arrays = {"q": q, "v": v, "a": a, "lam": np.zeros(nl) if lam is None else lam}
+        K, C, M = (value("partials", name, t, **arrays).reshape(nv, nv) for name in "KCM")
+        return K, C, M
+
+    def residual(t: float, q: Array, v: Array, a: Array, lam: Array | None = None) -> Array:
+        return value("residual", "r", t, q=q, v=v, a=a, lam=np.zeros(nl) if lam is None else lam)
+
+    constraints = None
+    if nl:
+        constraints = Constraints(
+            system.holonomic,
+            lambda t, q: value("equations", "Phi", t, q=q),
+            lambda t, q, v: value("equations", "w", t, q=q, v=v),
+            lambda t, q, v: value("constraint_bias", "g", t, q=q, v=v),
+            lambda t, q: dense("B", (nl, nv), t, q=q),
+            lambda t, q, v: dense("Z", (nl, nv), t, q=q, v=v),
+        )
+    forward = None if nl else lambda t, q, v: value("forward_dynamics", "vdot", t, q=q, v=v)
+    return Equations(system.factors, forward, residual, partials, constraints)

@@ -1,0 +1,356 @@
+"""Constrained steppers: C against the NumPy oracle, and the numbers of the fast heavy top that codes and papers agree on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.errors import UsageError
+from eomgen.integrators.iteration_matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
+from eomgen.integrators.methods import GeneralizedAlpha
+from eomgen.integrators.samples import samples_of
+from eomgen.integrators.specification import default_settings, row_layout
+from eomgen.integrators.stepper import integrate
+from eomgen.integrators.system_equations import equations_of
+from eomgen.lie import product
+from tests.integrators.constrained_models import (
+    FAST,
+    chain,
+    compile_scene,
+    heavy_top,
+    rolling_disc,
+    shaking_base,
+    top_errors,
+    top_solution,
+    two_links,
+)
+
+STABILISED, INDEX_3 = GeneralizedAlpha(0.9), GeneralizedAlpha(0.9, "index3")
+PUBLISHED = {"rtol": 1e-8, "atol": 1e-10}
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    known = {}
+
+    def get(name, scene, method=STABILISED):
+        key = (name, method.form, method.variant)
+        if key not in known:
+            known[key] = compile_scene(tmp_path_factory.mktemp(name.replace(" ", "")), scene(), method)
+        stepper = known[key]
+        stepper.workspace[:] = 0.0
+        stepper.settings = default_settings(stepper.program.method)
+        return stepper
+
+    return get
+
+
+def top(compiled, group, method=STABILISED):
+    return compiled(group, lambda: heavy_top(group), method)
+
+
+def slope(steps, errors):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+# -- C against NumPy -------------------------------------------------------------------------------------------------------
+
+SCENES = {
+    "links": two_links,
+    "links on a moving base": lambda: two_links(base=shaking_base()),
+    "disc": rolling_disc,
+    "chain": lambda: chain(3, "absolute"),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        ("links", STABILISED),
+        ("links", GeneralizedAlpha(0.8, "index3", "F1")),
+        ("links", GeneralizedAlpha(0.8, "stabilised", "F2")),
+        ("links on a moving base", STABILISED),
+        ("links on a moving base", INDEX_3),
+        ("disc", STABILISED),
+        ("disc", INDEX_3),
+        ("chain", STABILISED),
+    ],
+    ids=lambda value: value if isinstance(value, str) else f"{value.form}-{value.variant}",
+)
+def test_c_gives_what_numpy_gives(compiled, name, method):
+    stepper = compiled(name, SCENES[name], method)
+    equations = equations_of(stepper.system)
+    q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
+    v = v - np.linalg.pinv(equations.constraints.jacobian(0.0, q)) @ equations.constraints.rate(0.0, q, v)
+    outcome = stepper.initialize(q, v, step=5e-3)
+    assert (outcome.status, outcome.text) == (0, "ok")
+    path = integrate(equations, method, q, v, 5e-3, 4)
+    assert outcome.state["v"] == pytest.approx(path.v[0], abs=1e-11)
+    rows = stepper.run(4).rows
+    layout = row_layout(stepper.program.method, stepper.system.nq, stepper.system.nv)
+    for key in ("t", "q", "v", "vdot", "lam"):
+        expected = getattr(path, key)[1:].reshape(4, -1)
+        scale = max(1.0, np.abs(expected).max())
+        assert rows[:, layout[key]] == pytest.approx(expected, abs=1e-8 * scale if key in ("vdot", "lam") else 1e-10 * scale), key
+
+
+def test_every_solver_is_held_against_numpy(compiled):
+    kinds = {name: compiled(name, SCENES[name]).program.method["solver"]["kind"] for name in ("disc", "chain")}
+    assert kinds == {"disc": "unrolled", "chain": "tables"}
+
+
+# -- initialisation ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("group", "linear"), [("R3xSO3", (0, -21.3017325444, -30.9608307692)), ("SE3", (0, 0, 661.346169230769))])
+def test_consistent_start_of_the_heavy_top(compiled, group, linear):
+    state = top(compiled, group).start(step=1e-3).state
+    assert state["vdot"] == pytest.approx([661.346169230769, 0, 0, *linear], rel=1e-11, abs=1e-9)
+    assert state["lam"] == pytest.approx([0.0, -319.525988166, -317.262461538], rel=1e-11, abs=1e-9)
+
+
+def test_algorithmic_acceleration_starts_with_the_right_derivative(compiled):
+    # J w' = m X x f - w x J w with f = R^T gravity, f' = -w x f
+    stepper, errors = top(compiled, "SE3"), []
+    J, X, f, w = np.array([15.234375, 0.46875, 15.234375]), np.array([0.0, 15.0, 0.0]), np.array([0.0, 0, -9.81]), np.array(FAST)
+    w_dot = (np.cross(X, f) - np.cross(w, J * w)) / J
+    vddot = (np.cross(X, -np.cross(w, f)) - np.cross(w_dot, J * w) - np.cross(w, J * w_dot)) / J
+    for step in (1e-4, 5e-5):
+        state = stepper.start(step=step).state
+        share = float(STABILISED.alpha_m - STABILISED.alpha_f) * step
+        errors.append(np.linalg.norm(((state["a"] - state["vdot"]) / share)[:3] - vddot) / np.linalg.norm(vddot))
+    assert errors[0] < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_state_off_the_constraints_is_brought_onto_them(compiled):
+    stepper = top(compiled, "R3xSO3")
+    q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
+    q[4:] += [0.01, -0.02, 0.03]
+    v[3:] += [1.0, 2.0, 3.0]
+    assert stepper.initialize(q, v).status == 0
+    state = stepper.run(5).state
+    assert state["max_constraint"] < 1e-13
+    assert state["max_constraint_velocity"] < 1e-11
+    stepper.initialize(np.array(stepper.system.initial_q), np.array(stepper.system.initial_v))
+    assert np.array_equal(stepper.state[stepper.layout["q"]], stepper.system.initial_q)
+    assert np.array_equal(stepper.state[stepper.layout["v"]], stepper.system.initial_v)
+
+
+# -- published errors, orders ------------------------------------------------------------------------------------------------
+
+#: Largest errors over t = j/16 of angle, position, Omega and lam at some steps 2^-k; index 3 with perturbed start.
+TABLE = {
+    ("SE3", "stabilised"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
+    ("SE3", "index3"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
+    ("R3xSO3", "index3"): {11: (2.50e-3, 1.73e-3, 2.42e-2, 1.76), 13: (1.56e-4, 1.08e-4, 1.51e-3, 1.10e-1)},
+    ("R3xSO3", "stabilised"): {11: (1.59e-3, 1.11e-3, 3.26e-3, 4.68e-1), 13: (9.87e-5, 6.91e-5, 2.03e-4, 2.90e-2)},
+}
+
+
+@pytest.mark.parametrize(("group", "form"), TABLE)
+def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
+    stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form)), {}
+    for k in (11, 12, 13):
+        stepper.start(step=2.0**-k, **PUBLISHED)
+        outcome = stepper.run(2**k, every=2**k // 16)
+        assert (outcome.status, len(outcome.rows)) == (0, 16)
+        errors[k] = top_errors(outcome.rows)
+    for k, published in TABLE[group, form].items():
+        assert errors[k] == pytest.approx(published, rel=0.05)
+    for column in range(4):
+        assert slope(2.0 ** -np.array([*errors]), [error[column] for error in errors.values()]) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("variant", ["F1", "F2"])
+@pytest.mark.parametrize(("group", "form"), [("R3xSO3", "stabilised"), ("R3xSO3", "index3"), ("SE3", "stabilised")])
+def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, variant, group, form):
+    stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form, variant)), []
+    for k in (11, 12, 13):
+        stepper.start(step=2.0**-k, **PUBLISHED)
+        errors.append(top_errors(stepper.run(2**k, every=2**k // 16).rows))
+    for column in range(4):
+        assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.1)
+    ratio = errors[-1][1] / TABLE[group, form][13][1]
+    if form == "index3":
+        assert errors[1][1] == pytest.approx(9.8e-5, rel=0.05)
+    elif group == "SE3":
+        assert ratio == pytest.approx(1.2, rel=0.1)
+
+
+def test_order_down_to_steps_of_1e_5(compiled):
+    stepper, steps, errors = top(compiled, "R3xSO3"), [8e-5, 4e-5, 2e-5, 1e-5], []
+    R, x, w, lam = top_solution(FAST)(0.1)
+    for step in steps:
+        stepper.start(step=step)
+        row = stepper.run(round(0.1 / step), every=round(0.1 / step)).rows[-1]
+        errors.append([np.linalg.norm(row[5:8] - x), np.linalg.norm(row[8:11] - w), np.linalg.norm(row[-3:] - lam)])
+    for column, tolerance in enumerate((0.1, 0.1, 0.2)):
+        assert slope(steps, [error[column] for error in errors]) == pytest.approx(2.0, abs=tolerance)
+
+
+@pytest.mark.parametrize(("group", "finest"), [("R3xSO3", 2e-6), ("SE3", 5e-5)])
+def test_published_position_after_two_seconds(compiled, group, finest):
+    published, stepper, ends = np.array([-0.150416822746, -0.724165591637, -0.673022269560]), top(compiled, group), []
+    for step in (2e-5, 1e-5):
+        stepper.start(step=step)
+        ends.append(stepper.run(round(2.0 / step), every=round(2.0 / step)).rows[-1, 5:8])
+    assert np.linalg.norm(ends[1] - published) < finest
+    assert np.linalg.norm((4.0 * ends[1] - ends[0]) / 3.0 - published) < 2e-6
+
+
+# -- transients of multipliers ------------------------------------------------------------------------------------------------
+
+
+def multiplier_errors(stepper, steps, **settings):
+    exact, errors = top_solution(FAST), []
+    for step in steps:
+        stepper.start(step=step, **PUBLISHED, **settings)
+        rows = stepper.run(round(0.1 / step)).rows
+        errors.append(max(np.linalg.norm(row[-3:] - exact(row[0])[3]) for row in rows))
+    return errors
+
+
+TRANSIENT_STEPS = (1e-3, 5e-4, 2.5e-4)
+
+
+def test_index_3_without_perturbed_start_loses_an_order(compiled):
+    errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS, perturb=0.0)
+    assert errors == pytest.approx([123.0, 60.3, 29.9], rel=0.05)
+    assert slope(TRANSIENT_STEPS, errors) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
+    errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS)
+    assert np.all(np.array(errors) <= 1.1 * np.array([2.13, 0.531, 0.133]))
+    assert slope(TRANSIENT_STEPS, errors) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("group", "published"), [("R3xSO3", (1.24, 0.309, 0.0773)), ("SE3", (8.34, 2.09, 0.523))])
+def test_the_stabilised_form_has_no_transient(compiled, group, published):
+    errors = multiplier_errors(top(compiled, group), TRANSIENT_STEPS)
+    assert np.all(np.array(errors) <= 1.1 * np.array(published))
+    assert slope(TRANSIENT_STEPS, errors) == pytest.approx(2.0, abs=0.1)
+
+
+# -- constraints, damping, economy ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.8, 0.9, 1.0])
+@pytest.mark.parametrize("group", ["R3xSO3", "SE3"])
+def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
+    stepper = top(compiled, group)
+    stepper.start(step=1e-3, rho_inf=rho)
+    outcome = stepper.run(1000)
+    assert outcome.status == 0
+    assert outcome.state["max_constraint"] <= 1e-13
+    assert outcome.state["max_constraint_velocity"] <= 1e-11
+    largest = np.linalg.norm(outcome.rows[:, -3:], axis=1).max()
+    assert largest == pytest.approx(876.0, rel=0.01 if rho >= 0.5 else 0.13)
+    assert 0.0 < outcome.state["max_eta"] < 0.1 or group == "SE3"
+
+
+def test_index_3_refuses_spectral_radii_near_one(compiled):
+    with pytest.raises(UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"):
+        GeneralizedAlpha(0.99, "index3")
+    assert "damps multipliers too little" in GeneralizedAlpha(0.95, "index3").warnings[0]
+    assert INDEX_3.warnings == GeneralizedAlpha(1.0).warnings == ()
+    stepper = top(compiled, "R3xSO3", INDEX_3)
+    assert stepper.start(rho_inf=0.99).status == 4
+    assert stepper.start(rho_inf=0.95).status == 0
+
+
+def test_a_group_of_rigid_motions_needs_one_factorization(compiled):
+    counts = {}
+    for group, method in (("SE3", STABILISED), ("SE3", INDEX_3), ("R3xSO3", INDEX_3)):
+        stepper = top(compiled, group, method)
+        stepper.start(step=1e-3, **PUBLISHED)
+        state = stepper.run(1000).state
+        counts[group, method.form] = state["factorizations"][0]
+        if group == "SE3":
+            assert state["factorizations"] <= 5
+            assert state["newton_iterations"] <= 3200
+    assert counts["R3xSO3", "index3"] >= 50 * counts["SE3", "index3"]
+
+
+def test_exact_partials_save_iterations(compiled, tmp_path):
+    means = []
+    without = {"weights.C = step * c->g;": "weights.C = K(0.0);", "weights.K = step * step;": "weights.K = K(0.0);"}
+    for stepper in (top(compiled, "SE3"), compile_scene(tmp_path, heavy_top("SE3"), STABILISED, edits=without)):
+        stepper.start(step=1e-3, **PUBLISHED)
+        means.append(stepper.run(1000).state["newton_iterations"][0] / 1000)
+    assert means[0] <= 3.1
+    assert means[1] >= 1.8 * means[0]
+
+
+def test_index_3_on_se3_keeps_a_joint_to_ground_exactly(compiled):
+    stepper = top(compiled, "SE3", INDEX_3)
+    stepper.start(step=5e-3)
+    outcome = stepper.run(200)
+    assert outcome.state["max_constraint_velocity"] <= 1e-10
+    plain = compiled("joint", lambda: heavy_top(coordinates="joint"))
+    plain.start(step=5e-3)
+    rows = plain.run(200).rows
+    for one, other in zip(outcome.rows, rows, strict=True):
+        p = other[1:5]
+        y = [2 * (p[1] * p[2] - p[0] * p[3]), 1 - 2 * (p[1] ** 2 + p[3] ** 2), 2 * (p[2] * p[3] + p[0] * p[1])]
+        assert one[5:8] == pytest.approx(y, abs=1e-11)
+
+
+def test_small_steps_do_not_spoil_the_matrix(compiled):
+    stepper, conditions = top(compiled, "R3xSO3"), []
+    samples, unknowns = samples_of(stepper.system), Unknowns(6, 3, 3, True)
+    terms = iteration_terms(unknowns, stepper.system.factors, samples.packing)
+    start, count = samples.packing.blocks["B"]
+    for step in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+        T = tangent_numbers(stepper.system.factors, terms, product.tangent(stepper.system.factors, step * samples.v))
+        weights = [3.971, 1.995 * step, step * step, 1.995, step, 1.0]
+        entries = evaluate_terms(terms, samples.numbers, T, samples.numbers[:, start : start + count], weights)
+        S = np.zeros((12, 12))
+        for place, values in entries.items():
+            S[place] = values[0]
+        conditions.append(np.linalg.cond(S))
+    assert max(conditions) < 2.0 * min(conditions)
+    stepper.start(step=1e-6)
+    rows = stepper.run(100).rows
+    exact = np.array([top_solution(FAST)(row[0])[3] for row in rows])
+    assert np.abs(rows[:, -3:] - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def test_a_state_says_how_it_meets_the_constraints(compiled):
+    stepper = top(compiled, "R3xSO3", INDEX_3)
+    stepper.start(step=1e-3)
+    drift = stepper.run(100).state["max_constraint_velocity"]
+    assert 1e-2 < drift < 4e-2
+    stepper.start(step=5e-4)
+    assert stepper.run(200).state["max_constraint_velocity"] == pytest.approx(drift / 4.0, rel=0.1)
+
+
+def test_a_step_that_turns_too_far_is_refused(compiled):
+    stepper = top(compiled, "SE3")
+    assert stepper.start(step=0.0375).status == 0
+    outcome = stepper.run(3)
+    assert stepper.start(step=0.038).status == 0
+    outcome = stepper.run(1)
+    assert (outcome.status, outcome.text) == (5, "a body turns by more than 0.9 of a full turn within one step; reduce the step")
+    assert outcome.state["halvings"] == 0
+
+
+def test_rolling_keeps_rows_at_velocity_level(compiled):
+    for method in (STABILISED, INDEX_3):
+        stepper = compiled("disc", rolling_disc, method)
+        stepper.start(step=1e-3)
+        state = stepper.run(500).state
+        assert state["max_constraint"] < 1e-13
+        assert state["max_constraint_velocity"] < (1e-12 if method is STABILISED else 1e-4)
+
+
+def test_a_run_can_be_cut_anywhere(compiled):
+    stepper = top(compiled, "R3xSO3")
+    stepper.settings["reuse"] = 0.0
+    stepper.start(step=1e-3)
+    stepper.run(30)
+    saved = stepper.state.copy()
+    ahead = stepper.run(30).rows
+    stepper.state[:], stepper.workspace[:] = saved, 0.0
+    assert np.array_equal(stepper.run(30).rows, ahead)
