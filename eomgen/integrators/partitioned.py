@@ -1,0 +1,47 @@
+"""Runge-Kutta-Munthe-Kaas for constrained systems: constraints are eliminated by coordinate partitioning, stage by stage.
+
+Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. What one stage gives is the Runge-Kutta method's own field made
+continuous off the constraints by a smooth correction, so the order stays the method's: Hairer, Lubich, Wanner, Geometric
+Numerical Integration (2006), section IV.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, Need, RungeKuttaMuntheKaas
+
+PARTITIONED = "partitioned"
+
+#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept.
+LARGEST_GAIN = 10.0
+#: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
+SMALLEST_PIVOT = 1e-9
+
+_CONSTRAINED = Need(
+    "constraints", True, "it eliminates constraint equations, and rk4 does the same work where there are none", "rk4"
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PartitionedRungeKutta(RungeKuttaMuntheKaas):
+    """An explicit Runge-Kutta method in the Lie algebra whose stages are brought onto the constraints.
+
+    As many velocity components as there are constraint rows are dependent (D), the rest independent (I). Positions and
+    velocities are corrected along D only, and accelerations follow from (R^T M R) vdot_I = -R^T r, R = [-B_D^-1 B_I; 1].
+    """
+
+    family: str = field(default=PARTITIONED, init=False)
+    needs: tuple[Need, ...] = field(
+        default=(_CONSTRAINED, *(need for need in RUNGE_KUTTA_MUNTHE_KAAS_4.needs if need.fact != "constraints")), init=False
+    )
+
+
+PARTITIONED_RUNGE_KUTTA_4 = PartitionedRungeKutta(
+    A=RUNGE_KUTTA_MUNTHE_KAAS_4.A,
+    b=RUNGE_KUTTA_MUNTHE_KAAS_4.b,
+    c=RUNGE_KUTTA_MUNTHE_KAAS_4.c,
+    order=RUNGE_KUTTA_MUNTHE_KAAS_4.order,
+    commutators=RUNGE_KUTTA_MUNTHE_KAAS_4.commutators,
+    source="Munthe-Kaas 1999; Wehage and Haug 1982",
+)
