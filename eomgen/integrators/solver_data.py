@@ -27,6 +27,8 @@ from eomgen.lie.product import FactorLike
 UNROLLED = 4000
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
 DENSE_FALLBACK = 120
+#: Weights that leave inertia and constraints.
+_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
 #: A loop over a whole matrix runs this many times faster per operation than one over tables.
 _DENSE_ADVANTAGE = 4.0
 
@@ -60,15 +62,22 @@ class Solver:
 def make_solver(
     unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float
 ) -> Solver:
-    """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``)."""
+    """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``).
+
+    They must serve for consistent accelerations too.
+    """
     terms = iteration_terms(unknowns, factors, samples.packing)
-    T = product.tangent(factors, step * samples.v)
     start, count = samples.packing.blocks.get("B", (0, 0))
     B = samples.numbers[:, start : start + count]
-    values = evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, T), B, weights)
-    elimination = eliminate(unknowns.size, values, stages(unknowns, factors, samples.packing))
+    of_step, of_inertia = (
+        evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen)
+        for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
+    )
+    values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
+    order = None if unknowns.inner else stages(unknowns, factors, samples.packing)
+    elimination = eliminate(unknowns.matrix_size, values, order)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
-    loop_is_cheaper = elimination.operations > UNROLLED and whole
+    loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
 
 
@@ -95,7 +104,7 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
             }
             for place in places
         ],
-        "fallback": solver.elimination is None or solver.unknowns.size <= DENSE_FALLBACK,
+        "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(place) for place in packing.places["B"]],
     }
     if solver.kind == "tables":

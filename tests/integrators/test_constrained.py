@@ -180,7 +180,7 @@ def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, vari
 
 def test_order_down_to_steps_of_1e_5(compiled):
     stepper, steps, errors = top(compiled, "R3xSO3"), [8e-5, 4e-5, 2e-5, 1e-5], []
-    R, x, w, lam = top_solution(FAST)(0.1)
+    _, x, w, lam = top_solution(FAST)(0.1)
     for step in steps:
         stepper.start(step=step)
         row = stepper.run(round(0.1 / step), every=round(0.1 / step)).rows[-1]
