@@ -1,4 +1,4 @@
-"""Draw the picture of each example into its folder: ``python examples/pictures.py``."""
+"""Draw the pictures of the examples into their folders: ``python examples/pictures.py [NAME ...]``, all of them by default."""
 
 from __future__ import annotations
 
@@ -92,15 +92,92 @@ def spherical_pendulum() -> None:
     save(figure, "spherical_pendulum")
 
 
-def fast_top_joint_coordinates() -> None:
-    run = simulated("fast_top_joint_coordinates")
-    center = run.outputs["center"]
+def heavy_top() -> None:
+    lasting = eomgen.build(FOLDER / "heavy_top" / "r3xso3.toml").simulate()
+    center = lasting.outputs["centre_of_mass"]
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    trajectory(left, center[:, 0], center[:, 1], "Path of the centre of mass, from above")
-    left.set(xlabel="x, m", ylabel="y, m")
-    right.plot(run.t, center[:, 2], color=BLUE)
-    right.set(xlabel="time, s", ylabel="height of the centre of mass, m")
-    save(figure, "fast_top_joint_coordinates")
+    trajectory(left, center[:, 0], center[:, 2], "Path of the centre of mass, from the side")
+    left.set(xlabel="x, m", ylabel="z, m")
+    lines = (
+        ("se3", "SE(3), and joint coordinates", VERMILION, "o"),
+        ("r3xso3_index3", "R³ x SO(3), index 3", GREEN, "s"),
+        ("r3xso3", "R³ x SO(3)", BLUE, "^"),
+    )
+    exponents, at_1 = range(9, 15), np.array([0.173343964098, 0.640088592070, -0.748490791134])
+    for name, label, colour, marker in lines:
+        model = eomgen.build(FOLDER / "heavy_top" / f"{name}.toml")
+        ends = [model.simulate(1.0, 2.0**-exponent).outputs["centre_of_mass"][-1] for exponent in exponents]
+        steps = [2.0**-exponent for exponent in exponents]
+        right.loglog(steps, np.linalg.norm(np.array(ends) - at_1, axis=1), color=colour, marker=marker, markersize=4, label=label)
+    right.set(xlabel="step, s", ylabel="error of the position at 1 s, m")
+    right.legend(frameon=False)
+    save(figure, "heavy_top")
+
+
+def symmetric_top() -> None:
+    run = simulated("symmetric_top")
+    axis = run.outputs["axis"]
+    figure, axes = plt.subplots(figsize=(4.4, 4.0), layout="constrained")
+    trajectory(axes, axis[:, 0], axis[:, 1], "End of the axis, from above")
+    axes.set(xlabel="x", ylabel="y")
+    save(figure, "symmetric_top")
+
+
+def slider_crank_planar() -> None:
+    run = simulated("slider_crank_planar")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    turns = run.outputs["angle"] / (2.0 * np.pi)
+    left.plot(turns, run.outputs["speed"], color=BLUE)
+    left.set(xlabel="turns of the crank", ylabel="angular velocity of the crank, rad/s")
+    right.plot(turns, 1e-3 * run.outputs["acceleration"], color=VERMILION, label="acceleration, km/s²")
+    right.plot(turns, 100.0 * (run.outputs["piston"][:, 0] - 0.13), color=BLUE, linestyle="--", label="travel, cm")
+    right.set(xlabel="turns of the crank", ylabel="of the piston", ylim=(-26, 22))
+    right.legend(frameon=False, ncols=2, loc="upper center")
+    save(figure, "slider_crank_planar")
+
+
+def slider_crank_spatial() -> None:
+    run = simulated("slider_crank_spatial")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    left.plot(run.t, run.outputs["slider"][:, 0], color=BLUE)
+    left.set(xlabel="time, s", ylabel="position of the slider, m", xlim=(0, run.t[-1]))
+    right.plot(run.t, run.outputs["speed"], color=BLUE)
+    right.set(xlabel="time, s", ylabel="angular velocity of the crank, rad/s", xlim=(0, run.t[-1]))
+    save(figure, "slider_crank_spatial")
+
+
+def four_bar() -> None:
+    run = simulated("four_bar")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    pin, end, tracer = (run.outputs[name] for name in ("crank_pin", "rocker_end", "tracer"))
+    turn = slice(0, int(np.argmax(run.outputs["angles"][:, 0] > run.outputs["angles"][0, 0] + 2.0 * np.pi)) + 1)
+    paths = ((pin, "crank pin", BLUE, "-"), (end, "rocker pin", GREEN, "-"), (tracer, "tracer", VERMILION, "--"))
+    for path, label, colour, style in paths:
+        left.plot(path[turn, 0], path[turn, 2], color=colour, linestyle=style, linewidth=1.0, label=label)
+    left.plot([0, pin[0, 0], end[0, 0], 0.4], [0, pin[0, 2], end[0, 2], 0], color="black", linewidth=2, marker="o", markersize=4)
+    left.set(xlabel="x, m", ylabel="z, m")
+    left.set_aspect("equal", adjustable="datalim")
+    left.legend(frameon=False, loc="upper left")
+    right.plot(run.t, run.outputs["angles"][:, 1], color=GREEN)
+    right.set(xlabel="time, s", ylabel="angle of the rocker, rad", xlim=(0, run.t[-1]))
+    save(figure, "four_bar")
+
+
+def hanging_chain() -> None:
+    run = simulated("hanging_chain")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.0), layout="constrained")
+    joints = np.stack([run.outputs[name] for name in ("support", *(f"end{k}" for k in range(1, 10)), "tip")], axis=1)
+    for index, moment in enumerate((0.0, 0.5, 1.0, 1.5, 2.0)):
+        row = int(np.argmin(np.abs(run.t - moment)))
+        for axes, across in ((left, 0), (right, 1)):
+            line = {"color": SEVEN[index], "marker": "o", "markersize": 3, "label": f"{moment:g} s"}
+            axes.plot(joints[row, :, across], joints[row, :, 2], **line)
+    left.set(xlabel="x, m", ylabel="z, m")
+    right.set(xlabel="y, m", ylabel="z, m")
+    for axes in (left, right):
+        axes.set_aspect("equal", adjustable="datalim")
+    left.legend(frameon=False, loc="lower right")
+    save(figure, "hanging_chain")
 
 
 def free_spinning_body() -> None:
@@ -150,16 +227,24 @@ def robot_arm() -> None:
 
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
-    for draw in (
+    wanted = set(sys.argv[1:])
+    drawings = (
         double_pendulum_on_shaking_base,
         pendulum_on_shaking_base,
         spherical_pendulum,
-        fast_top_joint_coordinates,
+        heavy_top,
+        symmetric_top,
+        slider_crank_planar,
+        slider_crank_spatial,
+        four_bar,
+        hanging_chain,
         free_spinning_body,
         quarter_car,
         robot_arm,
-    ):
-        draw()
+    )
+    for draw in drawings:
+        if not wanted or draw.__name__ in wanted:
+            draw()
     return 0
 
 

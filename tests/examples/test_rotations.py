@@ -1,0 +1,102 @@
+"""The symmetric top of Simo and Wong, the flipping body and the hanging chain, in joint and in absolute coordinates."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import eomgen
+from eomgen import Model
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def _model(name: str, coordinates: str = "joint") -> Model:
+    return eomgen.build(eomgen.load(EXAMPLES / name / "scene.toml", coordinates=coordinates))
+
+
+AXIS_AT_10 = np.array([-0.04713223, 0.02674869, 0.99853045])
+SPIN_AT_10 = np.array([-0.0306183994, 0.0286529742, 50.0])
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_symmetric_top_of_simo_and_wong(coordinates: str) -> None:
+    model, errors = _model("symmetric_top", coordinates), []
+    for step in (1e-3, 5e-4):
+        run = model.simulate(step=step)
+        errors.append(float(np.linalg.norm(run.outputs["axis"][-1] - AXIS_AT_10)))
+        assert run.outputs["energy"][0] == pytest.approx(1269.975, abs=1e-3)
+    assert errors[0] < 3e-4
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
+    coarse = model.simulate(step=9e-3)  # 26 degrees per step
+    assert np.ptp(coarse.outputs["energy"]) < 1e-3 * 1269.975
+    assert np.ptp(coarse.outputs["energy"]) < 1e-4  # with rho_inf = 1, far below what was published
+
+
+def test_symmetric_top_by_runge_kutta_munthe_kaas() -> None:
+    run = _model("symmetric_top").simulate(method="rk4")
+    np.testing.assert_allclose(run.outputs["axis"][-1], AXIS_AT_10, atol=1e-7)
+    np.testing.assert_allclose(run.v[-1], SPIN_AT_10, atol=1e-6)
+
+
+def _half_period() -> float:
+    """Return the time between two flips of the free body, by the complete elliptic integral."""
+    a, b, c = 0.01, 0.02, 0.03
+    energy, momentum = b * 36.0 + c * 1e-4, (b * 6.0) ** 2 + (c * 0.01) ** 2
+    pace = math.sqrt((c - b) * (momentum - energy * a) / (a * b * c))
+    return float(2.0 * ellipk((b - a) * (energy * c - momentum) / ((c - b) * (momentum - energy * a))) / pace)
+
+
+@pytest.mark.parametrize("group", ["joint", "SE3", "R3xSO3"])
+def test_free_body_flips_after_the_time_of_the_elliptic_integral(group: str) -> None:
+    scene = tomllib.loads((EXAMPLES / "free_spinning_body" / "scene.toml").read_text(encoding="utf-8"))
+    if group != "joint":
+        scene["coordinates"], scene["bodies"]["nut"]["group"] = "absolute", group
+        del scene["outputs"]["omega"]  # joints have no velocities there
+    model = eomgen.build(scene)
+    assert [factor.group for factor in model.factors] == {"joint": ["SE3"], "SE3": ["SE3"], "R3xSO3": ["R", "SO3"]}[group]
+    gaps = []
+    for step in (1e-3, 5e-4):
+        run = model.simulate(10.0, step)
+        spin = run.v[:, 1]
+        at = np.flatnonzero(np.diff(np.sign(spin)))
+        crossings = run.t[at] + step * spin[at] / (spin[at] - spin[at + 1])
+        gaps.append(abs(float(np.diff(crossings).mean()) - _half_period()))
+    assert gaps[0] < 3e-6
+    assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.2)
+
+
+TIP_OF_TEN_BALLS = np.array([4.01797631458471, 2.30376330975567, -1.22645240826615])  # at 0.5 s, by MuJoCo at 25 us
+
+
+def test_hanging_chain_reaches_the_tip_of_another_engine() -> None:
+    joint, absolute = _model("hanging_chain"), _model("hanging_chain", "absolute")
+    exact = joint.simulate(0.5, method="rk4", parameters={"shake": 0.0})
+    np.testing.assert_allclose(exact.outputs["tip"][-1], TIP_OF_TEN_BALLS, atol=1e-9)
+    for model in (joint, absolute):
+        errors = []
+        for step in (2e-3, 1e-3):
+            run = model.simulate(0.5, step, parameters={"shake": 0.0})
+            assert run.success, run.message
+            errors.append(float(np.linalg.norm(run.outputs["tip"][-1] - TIP_OF_TEN_BALLS)))
+        assert errors[0] < 2e-5
+        assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
+
+
+def test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates() -> None:
+    joint, absolute, gaps = _model("hanging_chain"), _model("hanging_chain", "absolute"), []
+    for step in (2e-3, 1e-3):
+        one, other = joint.simulate(1.0, step), absolute.simulate(1.0, step)
+        assert other.success and other.stats["max_constraint"] < 1e-12
+        gaps.append(max(float(np.abs(one.outputs[name] - other.outputs[name]).max()) for name in ("end1", "end5", "tip")))
+    assert gaps[0] < 3e-4
+    assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.2)
+    exact = joint.simulate(1.0, 1e-3, method="rk4")
+    work = np.trapezoid(exact.energy["base_power"], exact.t)
+    assert exact.energy["total"][-1] - exact.energy["total"][0] == pytest.approx(work, abs=1e-3 * abs(work))
+    assert np.ptp(exact.energy["total"]) > 1.0  # the base does work
