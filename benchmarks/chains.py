@@ -1,0 +1,78 @@
+"""Chains of rods that start along x and fall: scenes of any length, and what one of them costs, measured in a process of its own.
+
+    python -m benchmarks.chains {joint,absolute} {hinge,ball} LINKS
+
+prints JSON: CPU seconds of the build, memory, CPU time per step.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+import eomgen
+from benchmarks.loops import timed
+from eomgen.runtime.methods import terms_of
+
+Array = NDArray[np.float64]
+LENGTH, MASS = 0.5, 1.0
+INERTIA = np.array([0.0005, MASS * LENGTH**2 / 12, MASS * LENGTH**2 / 12])
+#: Of chains of hinges at 0.5 s: MuJoCo's RK4 and EXUDYN's RK44 agree to 1e-13.
+TIPS = {10: (4.55618084975222, 0.0, -1.22630291183717)}
+STEP, STEPS = 1e-3, 200
+
+
+def tip_at_the_end(links: int) -> Array:
+    """Return the tip of a chain of hinges after 0.5 s, in m."""
+    return np.array(TIPS[links])
+
+
+def scene(coordinates: str, kind: str, links: int, terms: Sequence[str] = ()) -> eomgen.Scene:
+    """Return a chain of rods on hinges about y, or on ball joints with the first rod spun by 1 rad/s about z."""
+    builder = eomgen.SceneBuilder("chain", coordinates=coordinates, terms=terms)
+    for k in range(links):
+        builder.body(f"rod{k}", MASS, center_of_mass=[LENGTH / 2, 0, 0], inertia=INERTIA.tolist())
+        position = [LENGTH if k else 0.0, 0, 0]
+        parent = f"rod{k - 1}" if k else "base"
+        if kind == "hinge":
+            builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=[0, 1, 0], position=position)
+        else:
+            spin = {"velocity": [0, 0, 0.0 if k else 1.0]}
+            builder.joint(f"joint{k}", "spherical", parent, f"rod{k}", position=position, initial=spin)
+    return builder.simulation(step=STEP, duration=0.5, rho_inf=0.8).build()
+
+
+def size(coordinates: str, kind: str, links: int) -> dict[str, float]:
+    """Return what a chain costs: CPU seconds of the build, MB of memory here and in the compiler, us per step."""
+    before = _seconds()
+    method = "generalized_alpha"
+    terms = terms_of(method, coordinates == "absolute")
+    model = eomgen.build(scene(coordinates, kind, links), terms=terms, method=method)
+    building = _seconds() - before
+    loop = timed(model, method, STEPS * STEP, STEPS, rho_inf=0.8, repeats=5, at_least=0.05)
+    if loop.failure:
+        raise RuntimeError(loop.failure)
+    return {
+        "links": links,
+        "build_seconds": building,
+        "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "compiler_megabytes": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024,
+        "microseconds": loop.microseconds,
+        "spread": loop.spread,
+        "newton_iterations": loop.per_step("newton_iterations"),
+        "factorizations": loop.per_step("factorizations"),
+    }
+
+
+def _seconds() -> float:
+    return time.process_time() + sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+
+
+if __name__ == "__main__":
+    print(json.dumps(size(sys.argv[1], sys.argv[2], int(sys.argv[3]))))
