@@ -102,7 +102,9 @@ def test_every_solver_is_held_against_numpy(compiled):
 # -- initialisation ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("group", "linear"), [("R3xSO3", (0, -21.3017325444, -30.9608307692)), ("SE3", (0, 0, 661.346169230769))])
+@pytest.mark.parametrize(
+    ("group", "linear"), [("R3xSO3", (0, -21.3017325444, -30.9608307692)), ("SE3", (0, 0, 661.346169230769))]
+)
 def test_consistent_start_of_the_heavy_top(compiled, group, linear):
     state = top(compiled, group).start(step=1e-3).state
     assert state["vdot"] == pytest.approx([661.346169230769, 0, 0, *linear], rel=1e-11, abs=1e-9)
