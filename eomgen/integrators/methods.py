@@ -39,7 +39,7 @@ class Need:
 
 _UNCONSTRAINED = Need(
     "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, or a tree of joints in joint coordinates",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
 )  # fmt: skip
 _NO_INTERNAL_STATES = Need(
     "internal_states", False, "it advances configuration and velocity only and would leave the internal states where they are",

@@ -13,8 +13,11 @@ from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, Need, RungeKut
 
 PARTITIONED = "partitioned"
 
-#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept.
-LARGEST_GAIN = 10.0
+#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept, and
+#: below which there is nothing to improve when one is chosen. 1 can always be had. Errors of the independent components come
+#: back multiplied: on the spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the error after 0.2 s is
+#: 1.1e-5 with a bound of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10.
+LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
 #: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
 SMALLEST_PIVOT = 1e-9
 
