@@ -18,6 +18,7 @@ from eomgen.integrators.methods import (
     Method,
     check_needs,
 )
+from eomgen.integrators.partitioned import GOOD_GAIN, LARGEST_GAIN, PARTITIONED, SMALLEST_PIVOT, PartitionedRungeKutta
 from eomgen.integrators.samples import Samples, samples_of
 from eomgen.integrators.solver_data import Solver, make_solver, solver_data
 from eomgen.lie import kernels
@@ -81,7 +82,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "order": method.order,
         "source": method.source,
         "step": float(step),
-        "matrices": implicit or not has_dynamics,
+        "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta)),
         "lie": _lie_data(system.factors, implicit),
     }
     if isinstance(method, GeneralizedAlpha):
@@ -109,9 +110,18 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
             "rows_per_step": 1,
         }  # fmt: skip
         return data
+    if isinstance(method, PartitionedRungeKutta):
+        data |= {
+            "unknowns": {"v": _nv(system), "lam": len(system.multipliers), "holonomic": system.holonomic, "eta": 0},
+            "largest_gain": LARGEST_GAIN,
+            "good_gain": GOOD_GAIN,
+            "smallest_pivot": SMALLEST_PIVOT,
+            "max_iterations": MAX_ITERATIONS,
+        }
     nodes = sorted({c for c in method.c if c != 0} | {1})
     return data | {
-        "title": f"explicit Runge-Kutta in the Lie algebra, order {method.order}",
+        "title": f"explicit Runge-Kutta in the Lie algebra, order {method.order}"
+        + (", constraints eliminated by coordinate partitioning" if method.family == PARTITIONED else ""),
         "stages": len(method.b),
         "A": [[float(x) for x in row] for row in method.A],
         "b": [float(x) for x in method.b],
@@ -123,7 +133,10 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
 
 
 def _check_functions(method: Method, system: SystemLike) -> None:
-    if len(system.multipliers):
+    if isinstance(method, PartitionedRungeKutta):
+        needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian"}
+        needed |= {"constraint"} if system.holonomic else set()
+    elif len(system.multipliers):
         needed = {"equations", "iteration", "constraint_bias"}
         if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
             needed |= {"jacobian_values"}
@@ -136,6 +149,9 @@ def _check_functions(method: Method, system: SystemLike) -> None:
     if missing:
         what = f"{method.family} calls {', '.join(missing)}, which the model was built without"
         problems.append(Problem("method", what, "ask for these terms"))
+    if isinstance(method, PartitionedRungeKutta) and len(system.multipliers) > _nv(system):
+        what = f"there are {len(system.multipliers)} constraint rows for {_nv(system)} velocity components: some repeat others"
+        problems.append(Problem("method", what, "leave out the rows that follow from others"))
     if not system.factors:
         what = "there is nothing to integrate: every joint is fixed"
         problems.append(Problem("method", what, "give a joint a degree of freedom"))
@@ -217,9 +233,11 @@ STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace")
 _SETTINGS = {
     GENERALIZED_ALPHA: ("step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"),
     RKMK: ("step",),
+    PARTITIONED: ("step",),
 }
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
 _CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
+_PARTITION_STATISTICS = ("partitions", "max_constraint", "max_constraint_velocity", "max_pivot_ratio")
 
 
 def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
@@ -231,6 +249,8 @@ def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
 
 def statistics_names(data: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what the stepper counts and measures; those whose names begin with ``max_``, and ``pivot_ratio``, are no counts."""
+    if data["family"] == PARTITIONED:
+        return (*_STATISTICS, *_PARTITION_STATISTICS)
     constrained = data["family"] == GENERALIZED_ALPHA and data["unknowns"]["lam"]
     return (*_STATISTICS, *(_CONSTRAINT_STATISTICS if constrained else ()))
 
@@ -247,6 +267,8 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
         lam = _multiplier_sizes(data, "lam")
         sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
         sizes |= {f"{name}_before": 2 * size for name, size in lam.items()} | {"known": 1, "order": 1, "rho_inf": 1}
+    if data["family"] == PARTITIONED:
+        sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
     return _layout(sizes)
 

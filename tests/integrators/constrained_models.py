@@ -23,7 +23,10 @@ from eomgen.system import System
 from tests.integrators.stepper_models import Stepper, rotation, skew
 
 #: What a stepper of a constrained scene calls, and what the oracle needs besides.
-TERMS = ("residual", "partials", "forward_dynamics", "equations", "iteration", "constraint_bias", "jacobian_values", "mass")
+TERMS = (
+    "residual", "partials", "forward_dynamics", "equations", "iteration", "jacobian_values", "mass",
+    "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian",
+)  # fmt: skip
 
 FAST, SLOW = (0.0, 150.0, -4.61538), (0.0, 1.5, -0.0461538)
 

@@ -1,0 +1,310 @@
+"""Coordinate partitioning: against multipliers, closed forms and published tops; order, constraints, switches and failures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.errors import ModelError
+from eomgen.integrators.methods import GeneralizedAlpha
+from eomgen.integrators.partitioned import PARTITIONED_RUNGE_KUTTA_4
+from eomgen.integrators.specification import method_data
+from eomgen.mechanics.derive import derive
+from eomgen.scene.assemble import from_data
+from eomgen.scene.constraint import Constraint, Frame
+from tests.integrators.constrained_models import (
+    chain,
+    compile_scene,
+    heavy_top,
+    rolling_disc,
+    shaking_base,
+    top_errors,
+    two_links,
+)
+
+NAME = "rk4_partitioned"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    known = {}
+
+    def get(name, scene, method=PARTITIONED_RUNGE_KUTTA_4):
+        key = (name, method.family)
+        if key not in known:
+            known[key] = compile_scene(tmp_path_factory.mktemp(name), scene, method)
+        return known[key]
+
+    return get
+
+
+def linkage(crank, coupler, rocker, ground, angles, speed, drive=""):
+    """Return three uniform rods in a plane that a hinge closes to a loop; guesses of the angles need not close it."""
+
+    def rod(length):
+        return {"mass": 2 * length, "center_of_mass": [length / 2, 0, 0], "inertia": [1e-4, length**3 / 6, length**3 / 6]}
+
+    def hinge(parent, child, place, **initial):
+        axis = [0, -1, 0]
+        return {"type": "revolute", "parent": parent, "child": child, "axis": axis, "position": [place, 0, 0], "initial": initial}
+
+    def frame(body, place, axis):
+        return {"body": body, "position": [place, 0, 0], "axis": axis, "x_axis": [1, 0, 0]}
+
+    loop = {"type": "revolute", "first": frame("coupler", coupler, [0, 1, 0]), "second": frame("rocker", rocker, [0, 1, 0])}
+    motor = {"type": "revolute", "first": frame("base", 0, [0, -1, 0]), "second": frame("crank", 0, [0, -1, 0]), "drive": drive}
+    return {
+        "format": 1, "name": "linkage", "gravity": [0, 0, -9.81],
+        "bodies": {"crank": rod(crank), "coupler": rod(coupler), "rocker": rod(rocker)},
+        "joints": {
+            "drive": hinge("base", "crank", 0, position=angles[0], velocity=speed),
+            "pin": hinge("crank", "coupler", crank, position=angles[1]),
+            "support": hinge("base", "rocker", ground, position=angles[2]),
+        },
+        "constraints": {"loop": loop} | ({"motor": motor} if drive else {}),
+        "outputs": {"energy": {"energy": "total"}},
+    }  # fmt: skip
+
+
+def double_rocker():
+    return linkage(0.3, 0.15, 0.35, 0.4, (1.2, -1.0, 1.8), 3.0)
+
+
+@cache
+def rocker_model():
+    return eomgen.build(double_rocker(), method=NAME)
+
+
+def by_multipliers(model, times):
+    """Return q and v at times from M vdot + B^T lam = ..., B vdot = -g in an integrator of its own; all coordinates are R."""
+
+    def rate(t, y):
+        return np.concatenate([y[model.nv :], model.constrained_dynamics(y[: model.nv], y[model.nv :], t)[0]])
+
+    start = np.concatenate([model.initial_q, model.initial_v])
+    found = solve_ivp(rate, (times[0], times[-1]), start, method="DOP853", rtol=1e-13, atol=1e-13, t_eval=times)
+    return found.y.T
+
+
+def slopes(steps, errors):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+# -- motion ----------------------------------------------------------------------------------------------------------------
+
+
+def test_a_double_rocker_switches_and_moves_as_by_multipliers():
+    model, steps, errors = rocker_model(), (4e-4, 2e-4, 1e-4), []
+    for step in steps:
+        run = model.simulate(1.0, step, method=NAME, record_every=round(1e-2 / step))
+        assert run.success, run.message
+        expected = by_multipliers(model, run.t)
+        errors.append(np.abs(np.hstack([run.q, run.v]) - expected).max(axis=0))
+        assert run.stats["max_constraint"] <= 1e-12 and run.stats["max_constraint_velocity"] <= 1e-12
+    assert run.stats["partitions"] >= 5
+    assert errors[-1].max() < 1e-8
+    assert slopes(steps, [error[: model.nv].max() for error in errors]) == pytest.approx(4.0, abs=0.2)
+    assert slopes(steps, [error[model.nv :].max() for error in errors]) == pytest.approx(4.0, abs=0.2)
+    for joint in (0, 2):  # both rockers turn back, and the coupler goes round
+        assert run.v[:, joint].min() < 0.0 < run.v[:, joint].max()
+    assert np.ptp(run.q[:, 1]) > 2.0 * np.pi
+
+
+def test_accelerations_and_multipliers_are_those_of_the_whole_system():
+    model = rocker_model()
+    run = model.simulate(0.3, 1e-3, method=NAME)
+    for k in range(0, len(run.t), 30):
+        vdot, lam = model.constrained_dynamics(run.q[k], run.v[k], run.t[k])
+        np.testing.assert_allclose(run.a[k], vdot, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(run.multipliers[k], lam, rtol=1e-9, atol=1e-9)
+
+
+def test_energy_of_a_long_run_drifts_by_the_order_of_the_method_only():
+    model, drifts = rocker_model(), []
+    for step in (5e-4, 2.5e-4):
+        run = model.simulate(20.0, step, method=NAME, record_every=100)
+        drifts.append(np.ptp(run.outputs["energy"]) / np.ptp(run.energy["kinetic"]))
+        assert run.stats["max_constraint"] <= 1e-12 and run.stats["max_constraint_velocity"] <= 1e-12
+    assert drifts[1] < 1e-8
+    assert drifts[0] / drifts[1] > 12.0
+
+
+@pytest.mark.parametrize("group", ["R3xSO3", "SE3"])
+def test_order_4_on_the_fast_heavy_top(compiled, group):
+    stepper, exponents, errors = compiled(group, heavy_top(group)), (10, 11, 12), []
+    for k in exponents:
+        assert stepper.start(step=2.0**-k).status == 0
+        outcome = stepper.run(2**k, every=2**k // 16)
+        assert (outcome.status, len(outcome.rows)) == (0, 16)
+        errors.append(top_errors(outcome.rows)[[2, 3]])
+        assert outcome.state["max_constraint"] <= 1e-12 and outcome.state["max_constraint_velocity"] <= 1e-12
+    for column in range(2):
+        assert slopes([2.0**-k for k in exponents], [error[column] for error in errors]) == pytest.approx(4.0, abs=0.2)
+    assert errors[-1][0] < 1e-5 and errors[-1][1] < 1e-3
+    assert np.abs(np.linalg.norm(outcome.rows[:, 1:5], axis=1) - 1.0).max() < 1e-14
+
+
+def test_order_4_in_positions_and_velocities_of_a_spatial_slider_crank():
+    model = eomgen.build("examples/slider_crank_spatial/scene.toml", method=NAME)
+    ends = [model.simulate(0.05, step, method=NAME, record_every=10**6) for step in (4e-5, 2e-5, 1e-5)]
+    for name in ("q", "v", "multipliers"):
+        values = [getattr(end, name)[-1] for end in ends]
+        ratio = np.linalg.norm(values[0] - values[1]) / np.linalg.norm(values[1] - values[2])
+        assert np.log2(ratio) == pytest.approx(4.0, abs=0.2), name
+    energies = [np.ptp(end.outputs["energy"]) / end.outputs["energy"][0] for end in ends]
+    assert energies[-1] < 1e-10
+
+
+def test_both_coordinates_of_a_spatial_slider_crank_move_alike():
+    runs = []
+    for coordinates in ("joint", "absolute"):
+        model = eomgen.build(eomgen.load("examples/slider_crank_spatial/scene.toml", coordinates=coordinates), method=NAME)
+        runs.append(model.simulate(0.1, 5e-5, method=NAME))
+        assert runs[-1].success, runs[-1].message
+    assert runs[1].stats["partitions"] > 3
+    np.testing.assert_allclose(runs[1].outputs["slider"], runs[0].outputs["slider"], atol=1e-7)
+
+
+# -- drivers, moving base, rows at velocity level ------------------------------------------------------------------------------
+
+
+def test_a_driven_linkage_has_nothing_left_to_integrate():
+    model = eomgen.build(linkage(0.1, 0.35, 0.3, 0.4, (0.5, 0.3, 1.5), 20.0, "0.5 + 20*t + 0.1*sin(3*t)"), method=NAME)
+    assert len(model.multipliers) == model.nv == 3
+    run = model.simulate(1.0, 1e-3, method=NAME)
+    assert run.success, run.message
+    crank, rocker = run.q[:, 0], run.q[:, 2]
+    np.testing.assert_allclose(crank, 0.5 + 20.0 * run.t + 0.1 * np.sin(3.0 * run.t), atol=1e-12)
+    np.testing.assert_allclose(run.v[:, 0], 20.0 + 0.3 * np.cos(3.0 * run.t), atol=1e-11)
+    np.testing.assert_allclose(run.a[:, 0], -0.9 * np.sin(3.0 * run.t), atol=1e-9)
+    pins = np.array([0.4 + 0.3 * np.cos(rocker) - 0.1 * np.cos(crank), 0.3 * np.sin(rocker) - 0.1 * np.sin(crank)])
+    np.testing.assert_allclose(np.linalg.norm(pins, axis=0), 0.35, atol=1e-12)
+    slow = model.simulate(1.0, 0.25e-3, method=NAME, record_every=4)  # no truncation error: the step does not matter
+    np.testing.assert_allclose(slow.multipliers, run.multipliers, rtol=1e-8, atol=1e-8)
+
+
+SCENES = {"shaken": lambda: two_links(base=shaking_base()), "disc": rolling_disc}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_kind_of_constraint_meets_what_generalized_alpha_tends_to(compiled, name):
+    scene = SCENES[name]()
+    partitioned, reference = compiled(name, scene), compiled(name, scene, GeneralizedAlpha(0.9))
+    ends = []
+    for step in (2e-3, 1e-3):
+        assert reference.start(step=step).status == 0
+        count = round(0.2 / step)
+        ends.append(reference.run(count, every=count).rows[-1])
+    begin = reference.start(step=1e-3).state  # where each of both brings a start that is off is its own
+    assert partitioned.initialize(begin["q"], begin["v"], step=2e-3).status == 0
+    outcome = partitioned.run(100, every=100)
+    assert outcome.status == 0, outcome.text
+    assert outcome.state["max_constraint"] <= 1e-12 and outcome.state["max_constraint_velocity"] <= 1e-12
+    moving = slice(1, 1 + partitioned.system.nq + partitioned.system.nv)
+    limit, gap = (4.0 * ends[1] - ends[0])[moving] / 3.0, np.abs(ends[1] - ends[0])[moving].max()
+    assert np.abs(outcome.rows[-1][moving] - limit).max() < 0.02 * gap + 1e-9
+
+
+def test_a_rolling_disc_keeps_its_order(compiled):
+    stepper, ends = compiled("disc", rolling_disc()), []
+    begin = compiled("disc", rolling_disc(), GeneralizedAlpha(0.9)).start().state
+    for step in (1e-3, 5e-4, 2.5e-4):
+        stepper.initialize(begin["q"], begin["v"], step=step)
+        outcome = stepper.run(round(0.4 / step), every=round(0.4 / step))
+        assert outcome.status == 0, outcome.text
+        ends.append(outcome.rows[-1][1 : 1 + stepper.system.nq + stepper.system.nv])
+        assert outcome.state["max_constraint_velocity"] <= 1e-12
+    ratio = np.linalg.norm(ends[0] - ends[1]) / np.linalg.norm(ends[1] - ends[2])
+    assert np.log2(ratio) == pytest.approx(4.0, abs=0.2)
+
+
+# -- states, steps, failures ---------------------------------------------------------------------------------------------------
+
+
+def test_a_run_can_be_cut_anywhere(compiled):
+    stepper = compiled("R3xSO3", heavy_top("R3xSO3"))
+    stepper.start(step=1e-3)
+    assert stepper.run(300).state["partitions"] > 1
+    saved = stepper.state.copy()
+    ahead = stepper.run(300).rows
+    stepper.state[:], stepper.workspace[:] = saved, 0.0
+    assert np.array_equal(stepper.run(300).rows, ahead)
+
+
+def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components(compiled):
+    stepper = compiled("R3xSO3", heavy_top("R3xSO3"))
+    q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
+    q[4:] += [0.01, -0.02, 0.03]
+    v[3:] += [1.0, 2.0, 3.0]
+    outcome = stepper.initialize(q, v, step=1e-3)
+    dependent = [int(i) for i in outcome.state["dependent"]]
+    assert (outcome.status, len(dependent), outcome.state["partitions"]) == (0, 3, 1)
+    assert outcome.state["max_constraint"] <= 1e-13 and outcome.state["newton_iterations"] >= 3
+    independent = [i for i in range(6) if i not in dependent]
+    assert np.array_equal(outcome.state["v"][independent], v[independent])
+    assert np.abs(outcome.state["v"][dependent] - v[dependent]).max() > 0.5
+
+
+def test_a_position_without_partition_ends_a_run_with_the_last_good_state():
+    model = eomgen.build(linkage(1.0, 1.0, 1.0, 1.0, (np.pi / 2, -np.pi / 2, np.pi / 2), -1.0), method=NAME)
+    run = model.simulate(2.0, 1e-3, method=NAME)
+    assert not run.success
+    assert "the constraints are singular here or within the step, whichever coordinates depend on the others" in run.message
+    assert "stopped at t = 0.773 s" in run.message
+    assert 0.0 < run.q[-1, 0] < 3e-3  # all rods lie on one line at 0
+    # until then the rods stay parallel: theta'' = -(3 g / 2) (4 / 5) cos(theta), whose first integral is known
+    rate = -np.sqrt(run.v[0, 0] ** 2 + 2.0 * 1.5 * 0.8 * 9.81 * (1.0 - np.sin(run.q[-1, 0])))
+    assert run.v[-1, 0] == pytest.approx(rate, rel=1e-8)
+
+
+def test_rows_that_repeat_each_other_are_singular_from_the_start(compiled):
+    again = Constraint("again", "spherical", Frame("base"), Frame("top"))
+    outcome = compiled("repeated", replace(heavy_top("R3xSO3"), constraints=(again,))).start(step=1e-3)
+    assert outcome.status == 2 and outcome.text.startswith("the constraints are singular here")
+    system = derive(from_data(double_rocker()))
+    with pytest.raises(ModelError, match="5 constraint rows for 3 velocity components"):
+        method_data(PARTITIONED_RUNGE_KUTTA_4, system)
+
+
+def test_numbers_that_leave_the_finite_ones_leave_the_state_alone(compiled):
+    stepper = compiled("R3xSO3", heavy_top("R3xSO3"))
+    q, v = np.array(stepper.system.initial_q), np.array(stepper.system.initial_v)
+    assert stepper.initialize(q, np.full(6, np.nan), step=1e-3).status == 3
+    assert stepper.initialize(q, v, step=-1.0).status == 4
+    assert stepper.initialize(q, v, step=1e-3).status == 0
+    before = stepper.run(10).state
+    stepper.state[stepper.layout["vdot"]] = 1e300
+    outcome = stepper.run(5)
+    assert outcome.status == 3 and len(outcome.rows) == 0
+    for key in ("t", "q", "v", "dependent"):
+        assert np.array_equal(outcome.state[key], before[key])
+
+
+def test_a_start_that_no_correction_reaches_is_refused(compiled):
+    stepper = compiled("shaken", SCENES["shaken"]())
+    q = np.array(stepper.system.initial_q)
+    q[11:14] += 1e4
+    outcome = stepper.initialize(q, np.zeros(stepper.system.nv), step=1e-3)
+    assert (outcome.status, outcome.text) == (6, "the initial configuration cannot be brought onto the constraints")
+
+
+def test_needs_are_said():
+    free = derive(chain(2))
+    with pytest.raises(ModelError, match=r"partitioned needs a system with constraints: .* rk4 does the same work .*try: rk4"):
+        method_data(PARTITIONED_RUNGE_KUTTA_4, free)
+    lacking = derive(heavy_top(), ("residual", "constraint"))
+    with pytest.raises(ModelError, match="partitioned calls constraint_bias, constraint_jacobian, constraint_velocity, mass"):
+        method_data(PARTITIONED_RUNGE_KUTTA_4, lacking)
+    with pytest.raises(ModelError, match=f"{NAME} cannot run on this scene: partitioned needs a system with constraints"):
+        eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method=NAME)
+
+
+def test_an_alias_and_a_scene_may_name_the_method():
+    scene = double_rocker() | {"simulation": {"method": "partitioned", "step": 1e-3}}
+    run = eomgen.build(scene).simulate(0.01)
+    assert run.metadata["method"] == NAME and run.stats["partitions"] >= 1
