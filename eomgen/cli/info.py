@@ -114,7 +114,7 @@ def _print(data: dict[str, Any]) -> None:
         [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
         numeric=(2, 3),
     )
-    for title, key in (("Left out", "dropped"), ("Notes of the importer", "notes")):
+    for title, key in (("Left out", "dropped"), ("Notes", "notes")):
         if data[key]:
             out.print()
             out.print(f"[italic]{title}[/]")

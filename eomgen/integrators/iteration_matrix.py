@@ -28,17 +28,22 @@ Place = tuple[int, int]
 
 #: Weights of the sum of matrices above, by position in the arrays of terms.
 WEIGHTS = ("M", "C", "K", "B", "Z", "one")
-_MATRICES = ("K", "C", "M", "B", "Z")
+_MATRICES = ("K", "C", "M", "B", "Z", "X")
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """How many unknowns of each kind a step has, and where the equations are."""
+    """How many unknowns of each kind a step has, and where the equations are.
+
+    ``inner`` unknowns belong to the matrix only (the extended system of a long tree): their equations have no right side,
+    and nobody asks for their solution.
+    """
 
     v: int
     lam: int
     holonomic: int
     stabilised: bool
+    inner: int = 0
 
     @property
     def eta(self) -> int:
@@ -47,6 +52,14 @@ class Unknowns:
     @property
     def size(self) -> int:
         return self.v + self.lam + self.eta
+
+    @property
+    def matrix_size(self) -> int:
+        return self.size + self.inner
+
+    def equation(self, row: int) -> int:
+        """Return the matrix' row of a row of K, C, M or X: a residual, or the definition of an inner unknown."""
+        return row if row < self.v else self.size + row - self.v
 
     @property
     def phi(self) -> int:
@@ -154,9 +167,11 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
 
     for name in ("M", "C"):
         for (row, column), number in packing.places[name].items():
-            add(row, column, name, number)
+            add(unknowns.equation(row), column, name, number)
     for (row, column), number in moved["K"].items():
-        add(row, column, "K", number)
+        add(unknowns.equation(row), column, "K", number)
+    for (row, column), number in packing.places["X"].items():
+        add(unknowns.equation(row), unknowns.size + column, "one", number)
     for (constraint, column), number in packing.places["B"].items():
         add(column, nv + constraint, "one", number)
         if (velocity_row := unknowns.velocity_row(constraint)) is not None:

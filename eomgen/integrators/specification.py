@@ -48,6 +48,8 @@ class SystemLike(Protocol):
     def multipliers(self) -> Any: ...
     @property
     def holonomic(self) -> int: ...
+    @property
+    def patterns(self) -> Any: ...
 
 
 def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples: Samples | None = None) -> dict[str, Any]:
@@ -86,7 +88,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "lie": _lie_data(system.factors, implicit),
     }
     if isinstance(method, GeneralizedAlpha):
-        unknowns = Unknowns(_nv(system), len(system.multipliers), system.holonomic, method.form == STABILISED)
+        inner = 1 + max((column for _, column in system.patterns.get("X", ())), default=-1)
+        unknowns = Unknowns(_nv(system), len(system.multipliers), system.holonomic, method.form == STABILISED, inner)
         known = samples if samples is not None else samples_of(system)
         solver = make_solver(unknowns, system.factors, known, _weights(method, step), step)
         data |= {
@@ -141,9 +144,10 @@ def _check_functions(method: Method, system: SystemLike) -> None:
         if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
             needed |= {"jacobian_values"}
     else:
-        needed = {"residual", "partials"} if method.family == GENERALIZED_ALPHA else set()
+        matrix = "iteration" if "iteration" in system.functions else "partials"
+        needed = {"residual", matrix} if method.family == GENERALIZED_ALPHA else set()
         if "forward_dynamics" not in system.functions:
-            needed |= {"residual", "partials"}
+            needed |= {"residual", matrix}
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:

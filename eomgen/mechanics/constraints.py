@@ -10,14 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from eomgen.mechanics.directions import configuration_directions, rates_along
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
+from eomgen.mechanics.tree import Tree
 from eomgen.scene.constraint import Constraint, Frame
-from eomgen.symbolic.configuration import Tangent, configuration_seeds, rotation
+from eomgen.symbolic.configuration import Tangent, rotation
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
-from eomgen.system import BASE_LAYOUT, Factor
+from eomgen.system import BASE_LAYOUT
 
 
 @dataclass
@@ -149,12 +151,12 @@ def _velocity_at(kinematics: Kinematics, body: str, point: Vector) -> Vector:
 class ConstraintCalculus:
     """Derivatives of constraint rows along velocities, base motion and time."""
 
-    def __init__(self, algebra: Algebra, factors: Sequence[Factor], rows: Rows, moving_base: bool) -> None:
-        self.algebra = algebra
-        self.tape: Tape = algebra.tape
-        self.nv = sum(factor.v_size for factor in factors)
+    def __init__(self, tree: Tree, rows: Rows, moving_base: bool) -> None:
+        self.algebra = tree.algebra
+        self.tape: Tape = tree.algebra.tape
+        self.nv = tree.nv
         self.rows = rows
-        self.seeds = configuration_seeds(self.tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
+        self.seeds = configuration_directions(tree)
         self.rates = rates_of(self.tape, self.seeds, moving_base)
         self.holonomic = [value.ref for value in rows.holonomic]
         self.level = [value.ref for value in rows.velocity]
@@ -201,15 +203,8 @@ def rates_of(
     tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool
 ) -> dict[Ref | InputSymbol, Ref]:
     """Return the time derivative of time, configuration and base, for directional derivatives with v held constant."""
-    rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
-    for key, tangent in seeds.items():
-        total = ZERO
-        for direction, ref in tangent.items():
-            total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
-        rates[key] = total
-    if moving_base:
-        rates |= _base_rates(tape)
-    return rates
+    rates = rates_along(tape, seeds)
+    return rates | _base_rates(tape) if moving_base else rates
 
 
 def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:

@@ -11,6 +11,7 @@ from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_state, resting_base
 from eomgen.mechanics.bodies import poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
+from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
 from eomgen.mechanics.extended import extended_partials, pattern
 from eomgen.mechanics.forces import Loads, applied_loads
@@ -25,10 +26,9 @@ from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree, build_tree
 from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.configuration import tangent_seeds
-from eomgen.symbolic.derivatives import Tangent, forward_partials
+from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Tape
 from eomgen.system import Block
 
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
@@ -70,7 +70,7 @@ class Derivation:
         if not items:
             return None
         rows = constraint_rows(self.quantities, items).without(self.without_rows)
-        return ConstraintCalculus(self.algebra, [link.factor for link in self.tree.links], rows, moving_base)
+        return ConstraintCalculus(self.tree, rows, moving_base)
 
     def _constant(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
@@ -148,11 +148,7 @@ class Derivation:
     def partials(self) -> list[Block]:
         nv = self.tree.nv
         K, C, M = inertial_partials(self.grouped, self.motion)
-        seeds: dict[Ref | InputSymbol, Tangent] = {}
-        for link in self.tree.links:
-            factor = link.factor
-            q = [self.tape.input("q", factor.q_start + k) for k in range(factor.q_size)]
-            seeds |= tangent_seeds(self.tape, factor.group, q, factor.v_start)
+        seeds = configuration_directions(self.tree)
         for k in range(nv):
             seeds[InputSymbol("v", k)] = {nv + k: ONE}
         applied = self.applied()

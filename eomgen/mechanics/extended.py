@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.motion import BaseMotion, angular_velocities, total_fields
 from eomgen.mechanics.terms import Wrench, carried_loads, difference, field_wrenches
 from eomgen.mechanics.tree import Tree
-from eomgen.symbolic.configuration import configuration_seeds
 from eomgen.symbolic.cuts import cut_partials
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, InputSymbol, Ref
@@ -30,8 +30,7 @@ def extended_partials(
     velocity components; of X: the unknowns s.
     """
     tape, nv = tree.algebra.tape, tree.nv
-    factors = [link.factor for link in tree.links]
-    seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
+    seeds = configuration_directions(tree)
     for k in range(nv):
         seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
     cuts = [scalar.ref for scalar in _passed_on(tree, kinematics, base, loads)]

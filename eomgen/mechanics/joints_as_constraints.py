@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.constraints import place, rates_of
+from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree, aligning_turn
 from eomgen.scene.constraint import Constraint, Frame
 from eomgen.scene.formula_nodes import Number, Symbol
 from eomgen.scene.scene import Joint, Scene
-from eomgen.symbolic.configuration import configuration_seeds
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
 from eomgen.symbolic.scalar import Scalar, dot, minus
 from eomgen.symbolic.tape import ZERO, Op
@@ -40,8 +40,7 @@ class AbsoluteQuantities(Quantities):
         super().__init__(scene, tree, kinematics)
         self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
         tape = self.algebra.tape
-        factors = [link.factor for link in tree.links]
-        self.seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors])
+        self.seeds = configuration_directions(tree)
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
         self._coordinates: dict[str, Scalar] = {}
         heavy = [joint.name for joint in scene.joints if joint.rotor_inertia != Number(0.0)]

@@ -46,9 +46,10 @@ def component_names(letter: str, name: str, size: int) -> list[str]:
 
 
 def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
-    """Return the names of all components of q and of v."""
-    q = [name for factor in factors for name in component_names("q", factor.name, factor.q_size)]
-    v = [name for factor in factors for name in component_names("v", factor.name, factor.v_size)]
+    """Return the names of all components of q and of v, in the order of the components."""
+    by_q, by_v = sorted(factors, key=lambda factor: factor.q_start), sorted(factors, key=lambda factor: factor.v_start)
+    q = [name for factor in by_q for name in component_names("q", factor.name, factor.q_size)]
+    v = [name for factor in by_v for name in component_names("v", factor.name, factor.v_size)]
     return q, v
 
 
@@ -57,7 +58,7 @@ def coordinate_units(factors: Sequence[Factor], joints: Iterable[Joint]) -> tupl
     types = {joint.name: joint.type for joint in joints}
     q_units: list[str] = []
     v_units: list[str] = []
-    for factor in factors:
+    for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
         kind = types.get(factor.name, "") if factor.group == "R" else factor.group
         q, v = _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q

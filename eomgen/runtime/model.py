@@ -106,6 +106,11 @@ class Model:
         return self._parameters
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What importers left out, which constraint rows were redundant, and how the initial state was corrected."""
+        return tuple(self.library.layout["notes"])
+
+    @property
     def terms(self) -> tuple[str, ...]:
         """What the model was built with."""
         return tuple(name for name in self.functions.names if name not in ("base", "inputs"))

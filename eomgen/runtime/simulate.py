@@ -17,7 +17,7 @@ from eomgen.integrators.specification import default_settings
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
-from eomgen.runtime.methods import canonical_name, terms_of
+from eomgen.runtime.methods import canonical_name, method_named, terms_of
 from eomgen.runtime.model import Model
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
@@ -98,6 +98,7 @@ def simulate(
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
     chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, extra)
+    method_named(name, chosen.get("rho_inf", 0.8))  # refuses what the method cannot bear, with the reason
     _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
     given = read_signals(inputs, model.inputs, steps)
     signals = InputSignals(model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start)
@@ -128,7 +129,7 @@ def simulate(
         t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=run.interrupted,
-        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected},
+        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected, "notes": list(model.notes)},
     )  # fmt: skip
 
 
@@ -197,7 +198,10 @@ def _stepper_library(model: Model, name: str) -> Library:
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
         return model.library
-    missing = [term for term in terms_of(name, layout["facts"]["constraints"]) if term not in model.functions]
+    needed = terms_of(name, layout["facts"]["constraints"])
+    missing = [term for term in needed if term not in model.functions]
+    if "iteration" in model.functions and "partials" in missing:
+        missing.remove("partials")
     if missing and not layout["facts"]["constraints"]:
         what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))

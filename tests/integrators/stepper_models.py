@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -45,6 +45,7 @@ class Model:
     inputs: int = 0
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
 
     @property
     def facts(self) -> Facts:

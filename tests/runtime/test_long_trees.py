@@ -1,0 +1,40 @@
+"""Trees too long for a dense iteration matrix: generalized-alpha by the extended system, against Runge-Kutta."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.oracles.robots import planar_chain
+
+LINKS = 42
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    scene = planar_chain(LINKS)
+    scene = replace(scene, name="long_chain", content=b"planar chain of 42 rods", gravity=scene.gravity)
+    joints = tuple(
+        replace(joint, initial_position=(0.02 * k,), initial_velocity=(0.1 * (-1) ** k,)) for k, joint in enumerate(scene.joints)
+    )
+    return eomgen.build(replace(scene, joints=joints), terms=["residual", "iteration", "forward_dynamics"], profile="quick")
+
+
+def test_a_long_chain_is_stepped_without_its_dense_matrix(model: eomgen.Model) -> None:
+    assert not {"mass", "partials"} & set(model.terms)
+    sizes = model.library.layout["method"]
+    assert sizes["solver"]["elimination"]["size"] > 3 * LINKS
+    assert sizes["solver"]["elimination"]["operations"] < 300 * LINKS  # linear in the links; whole it would be 42^3 / 3 = 24 696
+    solution = model.simulate(0.02, 1e-3)
+    assert solution.success, solution.message
+    assert solution.stats["newton_iterations"] <= 4 * solution.stats["steps"]
+
+
+def test_it_converges_to_runge_kutta_with_order_two(model: eomgen.Model) -> None:
+    exact = model.simulate(0.04, 1e-4, method="rk4")
+    errors = [np.abs(model.simulate(0.04, step).q[-1] - exact.q[-1]).max() for step in (2e-3, 1e-3, 5e-4)]
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(np.abs(slopes - 2.0) <= 0.1), (errors, slopes)
