@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from eomgen.mechanics.directions import configuration_directions, rates_along
 from eomgen.mechanics.kinematics import Kinematics
@@ -18,7 +19,7 @@ from eomgen.scene.constraint import Constraint, Frame
 from eomgen.symbolic.configuration import Tangent, rotation
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
 from eomgen.system import BASE_LAYOUT
 
 
@@ -161,11 +162,23 @@ class ConstraintCalculus:
         self.holonomic = [value.ref for value in rows.holonomic]
         self.level = [value.ref for value in rows.velocity]
 
+    @cached_property
+    def tangents(self) -> list[Tangent]:
+        """The rows of B, nonzeros only, by velocity component."""
+        by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
+        return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
+
     def jacobian(self) -> list[list[Scalar]]:
         """Return B, one row per constraint row, dense with structural zeros."""
-        by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
-        tangents = forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
-        return [[Scalar(self.tape, tangent.get(k, ZERO)) for k in range(self.nv)] for tangent in tangents]
+        return self._dense(self.tangents)
+
+    def _dense(self, tangents: Sequence[Tangent]) -> list[list[Scalar]]:
+        zero = self.algebra.zero
+        rows = [[zero] * self.nv for _ in tangents]
+        for row, tangent in zip(rows, tangents, strict=True):
+            for column, ref in tangent.items():
+                row[column] = Scalar(self.tape, ref)
+        return rows
 
     def velocity(self) -> list[Scalar]:
         """Return Phi' = B v + Phi_t of the holonomic rows, then the velocity rows themselves."""
@@ -177,12 +190,13 @@ class ConstraintCalculus:
         velocity = [value.ref for value in self.velocity()]
         return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
 
-    def forces(self, B: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+    def forces(self) -> list[Scalar]:
         """Return B^T lam."""
         total = [self.algebra.zero] * self.nv
-        for number, row in enumerate(B):
+        for number, tangent in enumerate(self.tangents):
             multiplier = Scalar(self.tape, self.tape.input("lam", number))
-            total = [force + entry * multiplier for force, entry in zip(total, row, strict=True)]
+            for column in sorted(tangent):
+                total[column] = total[column] + Scalar(self.tape, tangent[column]) * multiplier
         return total
 
     def driving_power(self) -> Scalar:
@@ -195,8 +209,7 @@ class ConstraintCalculus:
 
     def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return left-trivialised partials in q of any values, one row each."""
-        tangents = forward_partials(self.tape, [value.ref for value in values], self.seeds)
-        return [[Scalar(self.tape, tangent.get(k, ZERO)) for k in range(self.nv)] for tangent in tangents]
+        return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
 
 
 def rates_of(

@@ -105,7 +105,7 @@ class Derivation:
     def residual(self) -> list[Block]:
         r = self._inverse()
         if self.constraints is not None:
-            reactions = self.constraints.forces(self.constraints.jacobian())
+            reactions = self.constraints.forces()
             r = [x + y for x, y in zip(r, reactions, strict=True)]
         return [self._vector("r", r, "residual")]
 
@@ -159,10 +159,10 @@ class Derivation:
                 block, column = (K, direction) if direction < nv else (C, direction - nv)
                 block[row][column] = block[row][column] - Scalar(self.tape, ref)
         if self.constraints is not None:
-            reactions = self.constraints.forces(self.constraints.jacobian())
+            reactions = self.constraints.forces()
             with self.tape.block("partials of constraint forces"):
                 for row, changes in enumerate(self.constraints.by_configuration(reactions)):
-                    K[row] = [x + y for x, y in zip(K[row], changes, strict=True)]
+                    K[row] = [x if y.is_zero else x + y for x, y in zip(K[row], changes, strict=True)]
         return [
             self._matrix("K", K, "d residual / dq, left-trivialised"),
             self._matrix("C", C, "d residual / dv"),
