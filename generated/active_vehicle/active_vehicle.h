@@ -171,7 +171,7 @@ typedef struct active_vehicle_workspace {
     real vdot[7];
     real unknown[7];      /* E, step lam */
     real increment[7];     /* the exponent is step * increment */
-    real right[7], solution[7], per_tolerance[7];
+    real right[7], solution[7], per_tolerance[7], round_off;
     real numbers[147];     /* of the partials, and their products with T */
     real tangents[1];
     real entries[37];     /* nonzeros of the iteration matrix */

@@ -345,32 +345,6 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
     return 1;
 }
 
-/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
-static void active_vehicle_substitute(const real *restrict F, const real *restrict r, real *restrict x)
-{
-    const real y0 = r[3];
-    const real y1 = r[4];
-    const real y2 = r[5];
-    const real y3 = r[0] - F[12] * y0 - F[13] * y1 - F[14] * y2;
-    const real y4 = r[1] - F[19] * y0 - F[20] * y1 - F[21] * y2 - F[22] * y3;
-    const real y5 = r[2] - F[26] * y0 - F[27] * y1 - F[28] * y2 - F[29] * y3 - F[30] * y4;
-    const real y6 = r[6] - F[33] * y3 - F[34] * y4 - F[35] * y5;
-    const real x6 = y6 * F[36];
-    const real x5 = y5 * F[31] - F[32] * x6;
-    const real x4 = y4 * F[23] - F[25] * x6 - F[24] * x5;
-    const real x3 = y3 * F[15] - F[18] * x6 - F[17] * x5 - F[16] * x4;
-    const real x2 = y2 * F[8] - F[11] * x5 - F[10] * x4 - F[9] * x3;
-    const real x1 = y1 * F[4] - F[7] * x5 - F[6] * x4 - F[5] * x3;
-    const real x0 = y0 * F[0] - F[3] * x5 - F[2] * x4 - F[1] * x3;
-    x[3] = x0;
-    x[4] = x1;
-    x[5] = x2;
-    x[0] = x3;
-    x[1] = x4;
-    x[2] = x5;
-    x[6] = x6;
-}
-
 /* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
 static int active_vehicle_factorize(active_vehicle_workspace *work)
 {
@@ -382,15 +356,101 @@ static int active_vehicle_factorize(active_vehicle_workspace *work)
     return active_vehicle_factor(work->matrix, work->pivot);
 }
 
-/* solution = S^-1 right. */
-static void active_vehicle_solve_step(active_vehicle_workspace *work)
+/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v, vdot and lam. */
+typedef struct active_vehicle_scale {
+    real r, phi, w;
+    real v, vdot, lam;
+} active_vehicle_scale;
+
+/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+static real active_vehicle_correct_quickly(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
-    if (!work->whole) {
-        active_vehicle_substitute(work->factors, work->right, work->solution);
-        return;
+    const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
+    real error[2];
+    const real y0 = scale->r * r[3];
+    const real y1 = scale->r * r[4];
+    const real y2 = scale->r * r[5];
+    const real y3 = scale->r * r[0] - F[12] * y0 - F[13] * y1 - F[14] * y2;
+    const real y4 = scale->r * r[1] - F[19] * y0 - F[20] * y1 - F[21] * y2 - F[22] * y3;
+    const real y5 = scale->r * r[2] - F[26] * y0 - F[27] * y1 - F[28] * y2 - F[29] * y3 - F[30] * y4;
+    const real y6 = scale->r * r[6] - F[33] * y3 - F[34] * y4 - F[35] * y5;
+    const real x6 = y6 * F[36];
+    const real x5 = y5 * F[31] - F[32] * x6;
+    const real x4 = y4 * F[23] - F[25] * x6 - F[24] * x5;
+    const real x3 = y3 * F[15] - F[18] * x6 - F[17] * x5 - F[16] * x4;
+    const real x2 = y2 * F[8] - F[11] * x5 - F[10] * x4 - F[9] * x3;
+    const real x1 = y1 * F[4] - F[7] * x5 - F[6] * x4 - F[5] * x3;
+    const real x0 = y0 * F[0] - F[3] * x5 - F[2] * x4 - F[1] * x3;
+    error[0] = error[1] = K(0.0);
+    work->solution[6] = x6;
+    work->unknown[6] = work->unknown[6] + x6;
+    work->v[6] = work->v[6] + scale->v * x6;
+    work->vdot[6] = work->vdot[6] + scale->vdot * x6;
+    error[0] = error[0] + (weight[6] * x6) * (weight[6] * x6);
+    work->solution[2] = x5;
+    work->unknown[2] = work->unknown[2] + x5;
+    work->v[2] = work->v[2] + scale->v * x5;
+    work->vdot[2] = work->vdot[2] + scale->vdot * x5;
+    error[1] = error[1] + (weight[2] * x5) * (weight[2] * x5);
+    work->solution[1] = x4;
+    work->unknown[1] = work->unknown[1] + x4;
+    work->v[1] = work->v[1] + scale->v * x4;
+    work->vdot[1] = work->vdot[1] + scale->vdot * x4;
+    error[0] = error[0] + (weight[1] * x4) * (weight[1] * x4);
+    work->solution[0] = x3;
+    work->unknown[0] = work->unknown[0] + x3;
+    work->v[0] = work->v[0] + scale->v * x3;
+    work->vdot[0] = work->vdot[0] + scale->vdot * x3;
+    error[1] = error[1] + (weight[0] * x3) * (weight[0] * x3);
+    work->solution[5] = x2;
+    work->unknown[5] = work->unknown[5] + x2;
+    work->v[5] = work->v[5] + scale->v * x2;
+    work->vdot[5] = work->vdot[5] + scale->vdot * x2;
+    error[0] = error[0] + (weight[5] * x2) * (weight[5] * x2);
+    work->solution[4] = x1;
+    work->unknown[4] = work->unknown[4] + x1;
+    work->v[4] = work->v[4] + scale->v * x1;
+    work->vdot[4] = work->vdot[4] + scale->vdot * x1;
+    error[1] = error[1] + (weight[4] * x1) * (weight[4] * x1);
+    work->solution[3] = x0;
+    work->unknown[3] = work->unknown[3] + x0;
+    work->v[3] = work->v[3] + scale->v * x0;
+    work->vdot[3] = work->vdot[3] + scale->vdot * x0;
+    error[0] = error[0] + (weight[3] * x0) * (weight[3] * x0);
+    return error[0] + error[1];
+}
+
+/* Weighted sum of squares of the correction of the unknowns. */
+static real active_vehicle_size_of_correction(const active_vehicle_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 7; ++i) {
+        const real weighted = work->solution[i] * work->per_tolerance[i];
+        sum = sum + weighted * weighted;
     }
-    memcpy(work->solution, work->right, sizeof work->solution);
-    active_vehicle_solve(work->matrix, work->pivot, work->solution);
+    return sum;
+}
+
+/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
+static real active_vehicle_correct(const active_vehicle_scale *scale, active_vehicle_workspace *work)
+{
+    int i;
+    if (!work->whole)
+        return active_vehicle_correct_quickly(scale, work);
+    for (i = 0; i < 7; ++i)
+        work->right[i] = scale->r * work->right[i];
+    {
+        memcpy(work->solution, work->right, sizeof work->solution);
+        active_vehicle_solve(work->matrix, work->pivot, work->solution);
+    }
+    for (i = 0; i < 7; ++i)
+        work->unknown[i] = work->unknown[i] + work->solution[i];
+    for (i = 0; i < 7; ++i) {
+        work->v[i] = work->v[i] + scale->v * work->solution[i];
+        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
+    }
+    return active_vehicle_size_of_correction(work);
 }
 
 /* Numbers of the partials at work->q, v, vdot, lam. */
@@ -538,9 +598,13 @@ static int active_vehicle_iteration_matrix(const active_vehicle_parameters *p, c
 /* q = q_n o exp(step D) with D = E - B_n^T eta. */
 static void active_vehicle_move(const active_vehicle_state *from, real step, active_vehicle_workspace *work)
 {
-    int i;
-    for (i = 0; i < 7; ++i)
-        work->increment[i] = work->unknown[i];
+    work->increment[0] = work->unknown[0];
+    work->increment[1] = work->unknown[1];
+    work->increment[2] = work->unknown[2];
+    work->increment[3] = work->unknown[3];
+    work->increment[4] = work->unknown[4];
+    work->increment[5] = work->unknown[5];
+    work->increment[6] = work->unknown[6];
     active_vehicle_update(from->q, work->increment, step, work->q);
     (void)from;
 }
@@ -555,18 +619,30 @@ static int active_vehicle_turns_too_far(real step, const active_vehicle_workspac
 /* What forming and factoring the matrix costs, in iterations. */
 #define active_vehicle_FACTORS_COST K(3.7065972222222223)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
- * round-off when components differ much in size. */
-static void active_vehicle_tolerances(const active_vehicle_settings *settings, active_vehicle_workspace *work)
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
+ * changes the mean velocity by; no demand is below it. */
+static void active_vehicle_tolerances(const active_vehicle_settings *settings, real per_step, active_vehicle_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)per_step;
     for (i = 0; i < 7; ++i)
         magnitude = active_vehicle_larger(magnitude, EG_ABS(work->unknown[i]));
+    work->round_off = K(2.0) * active_vehicle_EPSILON * magnitude;
     for (i = 0; i < 7; ++i)
-        work->per_tolerance[i] = settings->atol + K(8.0) * active_vehicle_EPSILON * magnitude;
+        work->per_tolerance[i] = settings->atol + work->round_off;
     for (i = 0; i < 7; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
+{
+    int i;
+    for (i = 0; i < 7; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+            return 0;
+    return 1;
 }
 
 /* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
@@ -579,13 +655,20 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, a
 static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
     const active_vehicle_state *from, real t, real step, int refresh, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
-    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    const real per_step = K(1.0) / step;
+    active_vehicle_scale scale;
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > active_vehicle_FACTORS_COST + work->excess;
+    scale.r = -step;
+    scale.phi = -per_step;
+    scale.w = K(-1.0);
+    scale.v = c->g;
+    scale.vdot = c->b * per_step;
+    scale.lam = per_step;
     /* predictor: a and lam by a polynomial through their last values */
     for (i = 0; i < 7; ++i) {
         const real a = from->a[i];
@@ -601,10 +684,13 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     if (active_vehicle_turns_too_far(step, work))
         return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), rate;
+        real error, rate, largest;
         active_vehicle_move(from, step, work);
         active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
         ++statistics->evaluations;
+        largest = K(0.0);
+        for (i = 0; i < 7; ++i)
+            largest = active_vehicle_larger(largest, EG_ABS(work->right[i]));
         if (factor) {
             if (!active_vehicle_finite(work->right, 7))
                 return ACTIVE_VEHICLE_NOT_FINITE;
@@ -618,20 +704,10 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
             fresh = 1;
             since = 0;
         }
-        for (i = 0; i < 7; ++i)
-            work->right[i] = -step * work->right[i];
-        active_vehicle_solve_step(work);
-        for (i = 0; i < 7; ++i)
-            x[i] = x[i] + work->solution[i];
-        for (i = 0; i < 7; ++i) {
-            work->v[i] = work->v[i] + c->g * work->solution[i];
-            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
-        }
-        if (iteration == 0)
-            active_vehicle_tolerances(settings, work);
-        for (i = 0; i < 7; ++i) {
-            const real weighted = work->solution[i] * work->per_tolerance[i];
-            error = error + weighted * weighted;
+        error = active_vehicle_correct(&scale, work);
+        if (iteration == 0) {
+            active_vehicle_tolerances(settings, per_step, work);
+            error = active_vehicle_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.14285714285714285));
         if (!(error - error == K(0.0)))
@@ -641,7 +717,8 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && active_vehicle_only_rounding(work))) {
             if (fresh) {
                 work->usual = since;
                 work->borrowed = 0;
@@ -659,8 +736,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
                     work->pause = work->streak;
                 }
             }
-            for (i = 0; i < 7; ++i)
-                statistics->max_residual = active_vehicle_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            statistics->max_residual = active_vehicle_larger(statistics->max_residual, largest);
             if (active_vehicle_turns_too_far(step, work))
                 return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
             active_vehicle_move(from, step, work);

@@ -157,7 +157,7 @@ typedef struct free_spinning_body_workspace {
     real vdot[6];
     real unknown[6];      /* E, step lam */
     real increment[6];     /* the exponent is step * increment */
-    real right[6], solution[6], per_tolerance[6];
+    real right[6], solution[6], per_tolerance[6], round_off;
     real numbers[108];     /* of the partials, and their products with T */
     real tangents[1];
     real entries[24];     /* nonzeros of the iteration matrix */

@@ -84,109 +84,16 @@ static void free_spinning_body_update_se3(const real *q, const real *theta, real
     out[6] = x44;
 }
 
-/* out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~, on SE3. */
-static void free_spinning_body_tangent_se3(const real *theta, real *out)
-{
-    const real x1 = theta[0] * theta[0];
-    const real x2 = theta[1] * theta[1];
-    const real x3 = theta[2] * theta[2];
-    const real x4 = (x1 + x2) + x3;
-    const real x5 = K(0.25) * x4;
-    const real x6 = EG_LT(x5, K(0.25));
-    const real x7 = EG_SQRT((x6 != K(0.0) ? K(1.0) : x5));
-    const real x8 = x5 * (x5 * (x5 * (x5 * (K(1.911790932954954e-13) * x4 - K(1.6059043836821613e-10)) + K(2.505210838544172e-08)) - K(2.7557319223985893e-06)) + K(0.0001984126984126984)) - K(0.008333333333333333);
-    const real x9 = (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x8 + K(0.16666666666666666)) : EG_SIN(x7) / x7);
-    const real x10 = x5 * (x5 * (x5 * (x5 * (K(2.867686399432431e-12) * x4 - K(2.08767569878681e-09)) + K(2.755731922398589e-07)) - K(2.48015873015873e-05)) + K(0.001388888888888889)) - K(0.041666666666666664);
-    const real x11 = x9 * (x6 != K(0.0) ? K(1.0) - x5 * (x5 * x10 + K(0.5)) : EG_COS(x7));
-    const real x12 = x9 * x9;
-    const real x13 = K(0.5) * x12;
-    const real x14 = EG_LT(x4, K(9.869604401089358));
-    const real x15 = (x14 != K(0.0) ? K(1.0) : x4);
-    const real x16 = x4 * (x4 * (x4 * (x4 * (K(1.216125041553518e-34) * x4 - K(1.1309962886447716e-31)) + K(9.183689863795546e-29)) - K(6.446950284384474e-26)) + K(3.868170170630684e-23)) - K(1.9572941063391263e-20);
-    const real x17 = K(2.505210838544172e-08) - x4 * (K(1.6059043836821613e-10) - x4 * (K(7.647163731819816e-13) + x4 * (x4 * (x4 * x16 + K(8.22063524662433e-18)) - K(2.8114572543455206e-15))));
-    const real x18 = (x14 != K(0.0) ? K(0.16666666666666666) - x4 * (K(0.008333333333333333) - x4 * (K(0.0001984126984126984) - x4 * (K(2.7557319223985893e-06) - x4 * x17))) : (K(1.0) - x11) / x15);
-    const real x19 = x4 * (x4 * (x4 * (x4 * (K(1.140117226456423e-34) * x4 - K(1.0555965360684537e-31)) + K(8.527712016381578e-29)) - K(5.951031031739514e-26)) + K(3.54582265641146e-23)) - K(1.7793582784901146e-20);
-    const real x20 = x4 * (x4 * (x4 * (x4 * (x4 * x19 + K(7.398571721961897e-18)) - K(2.499073114973796e-15)) + K(6.691268265342339e-13)) - K(1.376489471727567e-10)) + K(2.08767569878681e-08);
-    const real x21 = (x14 != K(0.0) ? x4 * (x4 * (x4 * (x4 * x20 - K(2.204585537918871e-06)) + K(0.00014880952380952382)) - K(0.005555555555555556)) + K(0.08333333333333333) : (-((x11 - x12) / x15)));
-    const real x22 = x4 * (x4 * (x4 * (x4 * (K(3.4549006862315854e-36) * x4 - K(3.4051501163498504e-33)) + K(2.9405903504764064e-30)) - K(2.204085567310931e-27)) + K(1.4183290625645841e-24)) - K(7.736340341261368e-22);
-    const real x23 = x4 * (x4 * (x4 * (x4 * (x4 * x22 + K(3.523129391410427e-19)) - K(1.3153016394598927e-16)) + K(3.936040156083729e-14)) - K(9.17659647818378e-12)) + K(1.6059043836821615e-09);
-    const real x24 = (x14 != K(0.0) ? x4 * (x4 * (x4 * (x4 * x23 - K(2.0041686708353376e-07)) + K(1.6534391534391536e-05)) - K(0.0007936507936507937)) + K(0.016666666666666666) : (-((x13 - K(3.0) * x18) / x15)));
-    const real x25 = x1 - x4;
-    const real x26 = theta[0] * theta[1];
-    const real x27 = theta[0] * theta[2];
-    const real x28 = x2 - x4;
-    const real x29 = theta[1] * theta[2];
-    const real x30 = x3 - x4;
-    const real x31 = theta[0] * theta[3];
-    const real x32 = theta[1] * theta[4];
-    const real x33 = theta[2] * theta[5];
-    const real x34 = (x31 + x32) + x33;
-    const real x35 = theta[2] * x13;
-    const real x36 = theta[1] * x13;
-    const real x37 = theta[0] * x13;
-    const real x38 = x18 * x26;
-    const real x39 = x18 * x27;
-    const real x40 = x18 * x29;
-    const real x41 = K(1.0) + x18 * x25;
-    const real x42 = x35 + x38;
-    const real x43 = x36 - x39;
-    const real x44 = x35 - x38;
-    const real x45 = K(1.0) + x18 * x28;
-    const real x46 = x37 + x40;
-    const real x47 = x36 + x39;
-    const real x48 = x37 - x40;
-    const real x49 = K(1.0) + x18 * x30;
-    const real x50 = theta[5] * x13;
-    const real x51 = theta[4] * x13;
-    const real x52 = theta[3] * x13;
-    const real x53 = K(2.0) * x18;
-    const real x54 = x53 * (K(0.5) * (theta[0] * theta[4] + theta[1] * theta[3]));
-    const real x55 = x53 * (K(0.5) * (theta[0] * theta[5] + theta[2] * theta[3]));
-    const real x56 = x53 * (K(0.5) * (theta[1] * theta[5] + theta[2] * theta[4]));
-    const real x57 = x21 * x34;
-    const real x58 = theta[2] * x57;
-    const real x59 = theta[1] * x57;
-    const real x60 = theta[0] * x57;
-    const real x61 = x24 * x34;
-    const real x62 = x26 * x61;
-    const real x63 = x27 * x61;
-    const real x64 = x29 * x61;
-    const real x65 = x53 * (x31 - x34) - x25 * x61;
-    const real x66 = x62 + (x58 - (x50 + x54));
-    const real x67 = x63 - (x59 - (x51 - x55));
-    const real x68 = x62 - (x58 - (x50 - x54));
-    const real x69 = x53 * (x32 - x34) - x28 * x61;
-    const real x70 = x64 + (x60 - (x52 + x56));
-    const real x71 = x63 + (x59 - (x51 + x55));
-    const real x72 = x64 - (x60 - (x52 - x56));
-    const real x73 = x53 * (x33 - x34) - x30 * x61;
-    out[0] = x41;
-    out[1] = x42;
-    out[2] = (-x43);
-    out[3] = (-x44);
-    out[4] = x45;
-    out[5] = x46;
-    out[6] = x47;
-    out[7] = (-x48);
-    out[8] = x49;
-    out[9] = x65;
-    out[10] = (-x66);
-    out[11] = (-x67);
-    out[12] = (-x68);
-    out[13] = x69;
-    out[14] = (-x70);
-    out[15] = (-x71);
-    out[16] = (-x72);
-    out[17] = x73;
-}
-
 /* out = q o exp(step * increment) on the whole configuration. */
 static void free_spinning_body_update(const real *q, const real *increment, real step, real *out)
 {
-    int i;
     real theta[6];
-    for (i = 0; i < 6; ++i)
-        theta[i] = step * increment[0 + i];
+    theta[0] = step * increment[0];
+    theta[1] = step * increment[1];
+    theta[2] = step * increment[2];
+    theta[3] = step * increment[3];
+    theta[4] = step * increment[4];
+    theta[5] = step * increment[5];
     free_spinning_body_update_se3(q + 0, theta, out + 0);
 }
 
@@ -437,29 +344,6 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
     return 1;
 }
 
-/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
-static void free_spinning_body_substitute(const real *restrict F, const real *restrict r, real *restrict x)
-{
-    const real y0 = r[0];
-    const real y1 = r[1] - F[3] * y0;
-    const real y2 = r[2] - F[6] * y0 - F[7] * y1;
-    const real y3 = r[3] - F[9] * y1 - F[10] * y2;
-    const real y4 = r[4] - F[14] * y0 - F[15] * y1 - F[16] * y2 - F[17] * y3;
-    const real y5 = r[5] - F[20] * y0 - F[21] * y1 - F[22] * y2 - F[23] * y3 - F[24] * y4;
-    const real x5 = y5 * F[25];
-    const real x4 = y4 * F[18] - F[19] * x5;
-    const real x3 = y3 * F[11] - F[13] * x5 - F[12] * x4;
-    const real x2 = y2 * F[8];
-    const real x1 = y1 * F[4] - F[5] * x2;
-    const real x0 = y0 * F[0] - F[2] * x2 - F[1] * x1;
-    x[0] = x0;
-    x[1] = x1;
-    x[2] = x2;
-    x[3] = x3;
-    x[4] = x4;
-    x[5] = x5;
-}
-
 /* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
 static int free_spinning_body_factorize(free_spinning_body_workspace *work)
 {
@@ -471,15 +355,94 @@ static int free_spinning_body_factorize(free_spinning_body_workspace *work)
     return free_spinning_body_factor(work->matrix, work->pivot);
 }
 
-/* solution = S^-1 right. */
-static void free_spinning_body_solve_step(free_spinning_body_workspace *work)
+/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v, vdot and lam. */
+typedef struct free_spinning_body_scale {
+    real r, phi, w;
+    real v, vdot, lam;
+} free_spinning_body_scale;
+
+/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+static real free_spinning_body_correct_quickly(const free_spinning_body_scale *scale, free_spinning_body_workspace *work)
 {
-    if (!work->whole) {
-        free_spinning_body_substitute(work->factors, work->right, work->solution);
-        return;
+    const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
+    real error[2];
+    const real y0 = scale->r * r[0];
+    const real y1 = scale->r * r[1] - F[3] * y0;
+    const real y2 = scale->r * r[2] - F[6] * y0 - F[7] * y1;
+    const real y3 = scale->r * r[3] - F[9] * y1 - F[10] * y2;
+    const real y4 = scale->r * r[4] - F[14] * y0 - F[15] * y1 - F[16] * y2 - F[17] * y3;
+    const real y5 = scale->r * r[5] - F[20] * y0 - F[21] * y1 - F[22] * y2 - F[23] * y3 - F[24] * y4;
+    const real x5 = y5 * F[25];
+    const real x4 = y4 * F[18] - F[19] * x5;
+    const real x3 = y3 * F[11] - F[13] * x5 - F[12] * x4;
+    const real x2 = y2 * F[8];
+    const real x1 = y1 * F[4] - F[5] * x2;
+    const real x0 = y0 * F[0] - F[2] * x2 - F[1] * x1;
+    error[0] = error[1] = K(0.0);
+    work->solution[5] = x5;
+    work->unknown[5] = work->unknown[5] + x5;
+    work->v[5] = work->v[5] + scale->v * x5;
+    work->vdot[5] = work->vdot[5] + scale->vdot * x5;
+    error[0] = error[0] + (weight[5] * x5) * (weight[5] * x5);
+    work->solution[4] = x4;
+    work->unknown[4] = work->unknown[4] + x4;
+    work->v[4] = work->v[4] + scale->v * x4;
+    work->vdot[4] = work->vdot[4] + scale->vdot * x4;
+    error[1] = error[1] + (weight[4] * x4) * (weight[4] * x4);
+    work->solution[3] = x3;
+    work->unknown[3] = work->unknown[3] + x3;
+    work->v[3] = work->v[3] + scale->v * x3;
+    work->vdot[3] = work->vdot[3] + scale->vdot * x3;
+    error[0] = error[0] + (weight[3] * x3) * (weight[3] * x3);
+    work->solution[2] = x2;
+    work->unknown[2] = work->unknown[2] + x2;
+    work->v[2] = work->v[2] + scale->v * x2;
+    work->vdot[2] = work->vdot[2] + scale->vdot * x2;
+    error[1] = error[1] + (weight[2] * x2) * (weight[2] * x2);
+    work->solution[1] = x1;
+    work->unknown[1] = work->unknown[1] + x1;
+    work->v[1] = work->v[1] + scale->v * x1;
+    work->vdot[1] = work->vdot[1] + scale->vdot * x1;
+    error[0] = error[0] + (weight[1] * x1) * (weight[1] * x1);
+    work->solution[0] = x0;
+    work->unknown[0] = work->unknown[0] + x0;
+    work->v[0] = work->v[0] + scale->v * x0;
+    work->vdot[0] = work->vdot[0] + scale->vdot * x0;
+    error[1] = error[1] + (weight[0] * x0) * (weight[0] * x0);
+    return error[0] + error[1];
+}
+
+/* Weighted sum of squares of the correction of the unknowns. */
+static real free_spinning_body_size_of_correction(const free_spinning_body_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i) {
+        const real weighted = work->solution[i] * work->per_tolerance[i];
+        sum = sum + weighted * weighted;
     }
-    memcpy(work->solution, work->right, sizeof work->solution);
-    free_spinning_body_solve(work->matrix, work->pivot, work->solution);
+    return sum;
+}
+
+/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
+static real free_spinning_body_correct(const free_spinning_body_scale *scale, free_spinning_body_workspace *work)
+{
+    int i;
+    if (!work->whole)
+        return free_spinning_body_correct_quickly(scale, work);
+    for (i = 0; i < 6; ++i)
+        work->right[i] = scale->r * work->right[i];
+    {
+        memcpy(work->solution, work->right, sizeof work->solution);
+        free_spinning_body_solve(work->matrix, work->pivot, work->solution);
+    }
+    for (i = 0; i < 6; ++i)
+        work->unknown[i] = work->unknown[i] + work->solution[i];
+    for (i = 0; i < 6; ++i) {
+        work->v[i] = work->v[i] + scale->v * work->solution[i];
+        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
+    }
+    return free_spinning_body_size_of_correction(work);
 }
 
 /* Numbers of the partials at work->q, v, vdot, lam. */
@@ -627,9 +590,12 @@ static int free_spinning_body_iteration_matrix(const free_spinning_body_paramete
 /* q = q_n o exp(step D) with D = E - B_n^T eta. */
 static void free_spinning_body_move(const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
 {
-    int i;
-    for (i = 0; i < 6; ++i)
-        work->increment[i] = work->unknown[i];
+    work->increment[0] = work->unknown[0];
+    work->increment[1] = work->unknown[1];
+    work->increment[2] = work->unknown[2];
+    work->increment[3] = work->unknown[3];
+    work->increment[4] = work->unknown[4];
+    work->increment[5] = work->unknown[5];
     free_spinning_body_update(from->q, work->increment, step, work->q);
     (void)from;
 }
@@ -648,18 +614,30 @@ static int free_spinning_body_turns_too_far(real step, const free_spinning_body_
 /* What forming and factoring the matrix costs, in iterations. */
 #define free_spinning_body_FACTORS_COST K(0.5401929260450161)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
- * round-off when components differ much in size. */
-static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, free_spinning_body_workspace *work)
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
+ * changes the mean velocity by; no demand is below it. */
+static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, real per_step, free_spinning_body_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)per_step;
     for (i = 0; i < 6; ++i)
         magnitude = free_spinning_body_larger(magnitude, EG_ABS(work->unknown[i]));
+    work->round_off = K(2.0) * free_spinning_body_EPSILON * magnitude;
     for (i = 0; i < 6; ++i)
-        work->per_tolerance[i] = settings->atol + K(8.0) * free_spinning_body_EPSILON * magnitude;
+        work->per_tolerance[i] = settings->atol + work->round_off;
     for (i = 0; i < 6; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+static int free_spinning_body_only_rounding(const free_spinning_body_workspace *work)
+{
+    int i;
+    for (i = 0; i < 6; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+            return 0;
+    return 1;
 }
 
 /* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
@@ -672,13 +650,20 @@ static void free_spinning_body_tolerances(const free_spinning_body_settings *set
 static free_spinning_body_status free_spinning_body_advance(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
     const free_spinning_body_state *from, real t, real step, int refresh, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
 {
-    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    const real per_step = K(1.0) / step;
+    free_spinning_body_scale scale;
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > free_spinning_body_FACTORS_COST + work->excess;
+    scale.r = -step;
+    scale.phi = -per_step;
+    scale.w = K(-1.0);
+    scale.v = c->g;
+    scale.vdot = c->b * per_step;
+    scale.lam = per_step;
     /* predictor: a and lam by a polynomial through their last values */
     for (i = 0; i < 6; ++i) {
         const real a = from->a[i];
@@ -694,10 +679,13 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
     if (free_spinning_body_turns_too_far(step, work))
         return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), rate;
+        real error, rate, largest;
         free_spinning_body_move(from, step, work);
         free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
         ++statistics->evaluations;
+        largest = K(0.0);
+        for (i = 0; i < 6; ++i)
+            largest = free_spinning_body_larger(largest, EG_ABS(work->right[i]));
         if (factor) {
             if (!free_spinning_body_finite(work->right, 6))
                 return FREE_SPINNING_BODY_NOT_FINITE;
@@ -711,20 +699,10 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
             fresh = 1;
             since = 0;
         }
-        for (i = 0; i < 6; ++i)
-            work->right[i] = -step * work->right[i];
-        free_spinning_body_solve_step(work);
-        for (i = 0; i < 6; ++i)
-            x[i] = x[i] + work->solution[i];
-        for (i = 0; i < 6; ++i) {
-            work->v[i] = work->v[i] + c->g * work->solution[i];
-            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
-        }
-        if (iteration == 0)
-            free_spinning_body_tolerances(settings, work);
-        for (i = 0; i < 6; ++i) {
-            const real weighted = work->solution[i] * work->per_tolerance[i];
-            error = error + weighted * weighted;
+        error = free_spinning_body_correct(&scale, work);
+        if (iteration == 0) {
+            free_spinning_body_tolerances(settings, per_step, work);
+            error = free_spinning_body_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.16666666666666666));
         if (!(error - error == K(0.0)))
@@ -734,7 +712,8 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && free_spinning_body_only_rounding(work))) {
             if (fresh) {
                 work->usual = since;
                 work->borrowed = 0;
@@ -752,8 +731,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
                     work->pause = work->streak;
                 }
             }
-            for (i = 0; i < 6; ++i)
-                statistics->max_residual = free_spinning_body_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            statistics->max_residual = free_spinning_body_larger(statistics->max_residual, largest);
             if (free_spinning_body_turns_too_far(step, work))
                 return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
             free_spinning_body_move(from, step, work);

@@ -177,7 +177,7 @@ typedef struct pendulum_on_shaking_base_workspace {
     real vdot[1];
     real unknown[1];      /* E, step lam */
     real increment[1];     /* the exponent is step * increment */
-    real right[1], solution[1], per_tolerance[1];
+    real right[1], solution[1], per_tolerance[1], round_off;
     real numbers[3];     /* of the partials, and their products with T */
     real tangents[1];
     real entries[1];     /* nonzeros of the iteration matrix */

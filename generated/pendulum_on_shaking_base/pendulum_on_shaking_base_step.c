@@ -157,14 +157,6 @@ static int pendulum_on_shaking_base_eliminate(const real *restrict S, real *rest
     return 1;
 }
 
-/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
-static void pendulum_on_shaking_base_substitute(const real *restrict F, const real *restrict r, real *restrict x)
-{
-    const real y0 = r[0];
-    const real x0 = y0 * F[0];
-    x[0] = x0;
-}
-
 /* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
 static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace *work)
 {
@@ -176,15 +168,59 @@ static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace
     return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
 }
 
-/* solution = S^-1 right. */
-static void pendulum_on_shaking_base_solve_step(pendulum_on_shaking_base_workspace *work)
+/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v, vdot and lam. */
+typedef struct pendulum_on_shaking_base_scale {
+    real r, phi, w;
+    real v, vdot, lam;
+} pendulum_on_shaking_base_scale;
+
+/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+static real pendulum_on_shaking_base_correct_quickly(const pendulum_on_shaking_base_scale *scale, pendulum_on_shaking_base_workspace *work)
 {
-    if (!work->whole) {
-        pendulum_on_shaking_base_substitute(work->factors, work->right, work->solution);
-        return;
+    const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
+    real error[2];
+    const real y0 = scale->r * r[0];
+    const real x0 = y0 * F[0];
+    error[0] = error[1] = K(0.0);
+    work->solution[0] = x0;
+    work->unknown[0] = work->unknown[0] + x0;
+    work->v[0] = work->v[0] + scale->v * x0;
+    work->vdot[0] = work->vdot[0] + scale->vdot * x0;
+    error[0] = error[0] + (weight[0] * x0) * (weight[0] * x0);
+    return error[0] + error[1];
+}
+
+/* Weighted sum of squares of the correction of the unknowns. */
+static real pendulum_on_shaking_base_size_of_correction(const pendulum_on_shaking_base_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 1; ++i) {
+        const real weighted = work->solution[i] * work->per_tolerance[i];
+        sum = sum + weighted * weighted;
     }
-    memcpy(work->solution, work->right, sizeof work->solution);
-    pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->solution);
+    return sum;
+}
+
+/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
+static real pendulum_on_shaking_base_correct(const pendulum_on_shaking_base_scale *scale, pendulum_on_shaking_base_workspace *work)
+{
+    int i;
+    if (!work->whole)
+        return pendulum_on_shaking_base_correct_quickly(scale, work);
+    for (i = 0; i < 1; ++i)
+        work->right[i] = scale->r * work->right[i];
+    {
+        memcpy(work->solution, work->right, sizeof work->solution);
+        pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->solution);
+    }
+    for (i = 0; i < 1; ++i)
+        work->unknown[i] = work->unknown[i] + work->solution[i];
+    for (i = 0; i < 1; ++i) {
+        work->v[i] = work->v[i] + scale->v * work->solution[i];
+        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
+    }
+    return pendulum_on_shaking_base_size_of_correction(work);
 }
 
 /* Numbers of the partials at work->q, v, vdot, lam. */
@@ -332,9 +368,7 @@ static int pendulum_on_shaking_base_iteration_matrix(const pendulum_on_shaking_b
 /* q = q_n o exp(step D) with D = E - B_n^T eta. */
 static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *from, real step, pendulum_on_shaking_base_workspace *work)
 {
-    int i;
-    for (i = 0; i < 1; ++i)
-        work->increment[i] = work->unknown[i];
+    work->increment[0] = work->unknown[0];
     pendulum_on_shaking_base_update(from->q, work->increment, step, work->q);
     (void)from;
 }
@@ -349,18 +383,30 @@ static int pendulum_on_shaking_base_turns_too_far(real step, const pendulum_on_s
 /* What forming and factoring the matrix costs, in iterations. */
 #define pendulum_on_shaking_base_FACTORS_COST K(0.42857142857142855)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
- * round-off when components differ much in size. */
-static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_workspace *work)
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
+ * changes the mean velocity by; no demand is below it. */
+static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, real per_step, pendulum_on_shaking_base_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)per_step;
     for (i = 0; i < 1; ++i)
         magnitude = pendulum_on_shaking_base_larger(magnitude, EG_ABS(work->unknown[i]));
+    work->round_off = K(2.0) * pendulum_on_shaking_base_EPSILON * magnitude;
     for (i = 0; i < 1; ++i)
-        work->per_tolerance[i] = settings->atol + K(8.0) * pendulum_on_shaking_base_EPSILON * magnitude;
+        work->per_tolerance[i] = settings->atol + work->round_off;
     for (i = 0; i < 1; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base_workspace *work)
+{
+    int i;
+    for (i = 0; i < 1; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+            return 0;
+    return 1;
 }
 
 /* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
@@ -373,13 +419,20 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
     const pendulum_on_shaking_base_state *from, real t, real step, int refresh, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
 {
-    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    const real per_step = K(1.0) / step;
+    pendulum_on_shaking_base_scale scale;
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > pendulum_on_shaking_base_FACTORS_COST + work->excess;
+    scale.r = -step;
+    scale.phi = -per_step;
+    scale.w = K(-1.0);
+    scale.v = c->g;
+    scale.vdot = c->b * per_step;
+    scale.lam = per_step;
     /* predictor: a and lam by a polynomial through their last values */
     for (i = 0; i < 1; ++i) {
         const real a = from->a[i];
@@ -395,10 +448,13 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     if (pendulum_on_shaking_base_turns_too_far(step, work))
         return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), rate;
+        real error, rate, largest;
         pendulum_on_shaking_base_move(from, step, work);
         pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
         ++statistics->evaluations;
+        largest = K(0.0);
+        for (i = 0; i < 1; ++i)
+            largest = pendulum_on_shaking_base_larger(largest, EG_ABS(work->right[i]));
         if (factor) {
             if (!pendulum_on_shaking_base_finite(work->right, 1))
                 return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
@@ -412,20 +468,10 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
             fresh = 1;
             since = 0;
         }
-        for (i = 0; i < 1; ++i)
-            work->right[i] = -step * work->right[i];
-        pendulum_on_shaking_base_solve_step(work);
-        for (i = 0; i < 1; ++i)
-            x[i] = x[i] + work->solution[i];
-        for (i = 0; i < 1; ++i) {
-            work->v[i] = work->v[i] + c->g * work->solution[i];
-            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
-        }
-        if (iteration == 0)
-            pendulum_on_shaking_base_tolerances(settings, work);
-        for (i = 0; i < 1; ++i) {
-            const real weighted = work->solution[i] * work->per_tolerance[i];
-            error = error + weighted * weighted;
+        error = pendulum_on_shaking_base_correct(&scale, work);
+        if (iteration == 0) {
+            pendulum_on_shaking_base_tolerances(settings, per_step, work);
+            error = pendulum_on_shaking_base_size_of_correction(work);
         }
         error = EG_SQRT(error * K(1.0));
         if (!(error - error == K(0.0)))
@@ -435,7 +481,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && pendulum_on_shaking_base_only_rounding(work))) {
             if (fresh) {
                 work->usual = since;
                 work->borrowed = 0;
@@ -453,8 +500,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
                     work->pause = work->streak;
                 }
             }
-            for (i = 0; i < 1; ++i)
-                statistics->max_residual = pendulum_on_shaking_base_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            statistics->max_residual = pendulum_on_shaking_base_larger(statistics->max_residual, largest);
             if (pendulum_on_shaking_base_turns_too_far(step, work))
                 return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
             pendulum_on_shaking_base_move(from, step, work);

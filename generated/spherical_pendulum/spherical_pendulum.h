@@ -157,7 +157,7 @@ typedef struct spherical_pendulum_workspace {
     real vdot[3];
     real unknown[3];      /* E, step lam */
     real increment[3];     /* the exponent is step * increment */
-    real right[3], solution[3], per_tolerance[3];
+    real right[3], solution[3], per_tolerance[3], round_off;
     real numbers[33];     /* of the partials, and their products with T */
     real tangents[9];
     real entries[7];     /* nonzeros of the iteration matrix */

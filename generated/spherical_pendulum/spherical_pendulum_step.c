@@ -96,10 +96,10 @@ static void spherical_pendulum_tangent_so3(const real *theta, real *out)
 /* out = q o exp(step * increment) on the whole configuration. */
 static void spherical_pendulum_update(const real *q, const real *increment, real step, real *out)
 {
-    int i;
     real theta[6];
-    for (i = 0; i < 3; ++i)
-        theta[i] = step * increment[0 + i];
+    theta[0] = step * increment[0];
+    theta[1] = step * increment[1];
+    theta[2] = step * increment[2];
     spherical_pendulum_update_so3(q + 0, theta, out + 0);
 }
 
@@ -269,20 +269,6 @@ static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F
     return 1;
 }
 
-/* x = S^-1 r with the factors. What was computed last comes last in every sum. */
-static void spherical_pendulum_substitute(const real *restrict F, const real *restrict r, real *restrict x)
-{
-    const real y0 = r[2];
-    const real y1 = r[0] - F[1] * y0;
-    const real y2 = r[1] - F[4] * y0 - F[5] * y1;
-    const real x2 = y2 * F[6];
-    const real x1 = y1 * F[2] - F[3] * x2;
-    const real x0 = y0 * F[0];
-    x[2] = x0;
-    x[0] = x1;
-    x[1] = x2;
-}
-
 /* Factors of the assembled matrix: pivots chosen beforehand, then, where they break down, by size. 0: singular, or not finite. */
 static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
 {
@@ -294,15 +280,73 @@ static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
     return spherical_pendulum_factor(work->matrix, work->pivot);
 }
 
-/* solution = S^-1 right. */
-static void spherical_pendulum_solve_step(spherical_pendulum_workspace *work)
+/* By what the rows of the equations are multiplied before they are solved for a correction, and what it does to v, vdot and lam. */
+typedef struct spherical_pendulum_scale {
+    real r, phi, w;
+    real v, vdot, lam;
+} spherical_pendulum_scale;
+
+/* As below, with the pivots chosen beforehand. What was computed last comes last in every sum. */
+static real spherical_pendulum_correct_quickly(const spherical_pendulum_scale *scale, spherical_pendulum_workspace *work)
 {
-    if (!work->whole) {
-        spherical_pendulum_substitute(work->factors, work->right, work->solution);
-        return;
+    const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
+    real error[2];
+    const real y0 = scale->r * r[2];
+    const real y1 = scale->r * r[0] - F[1] * y0;
+    const real y2 = scale->r * r[1] - F[4] * y0 - F[5] * y1;
+    const real x2 = y2 * F[6];
+    const real x1 = y1 * F[2] - F[3] * x2;
+    const real x0 = y0 * F[0];
+    error[0] = error[1] = K(0.0);
+    work->solution[1] = x2;
+    work->unknown[1] = work->unknown[1] + x2;
+    work->v[1] = work->v[1] + scale->v * x2;
+    work->vdot[1] = work->vdot[1] + scale->vdot * x2;
+    error[0] = error[0] + (weight[1] * x2) * (weight[1] * x2);
+    work->solution[0] = x1;
+    work->unknown[0] = work->unknown[0] + x1;
+    work->v[0] = work->v[0] + scale->v * x1;
+    work->vdot[0] = work->vdot[0] + scale->vdot * x1;
+    error[1] = error[1] + (weight[0] * x1) * (weight[0] * x1);
+    work->solution[2] = x0;
+    work->unknown[2] = work->unknown[2] + x0;
+    work->v[2] = work->v[2] + scale->v * x0;
+    work->vdot[2] = work->vdot[2] + scale->vdot * x0;
+    error[0] = error[0] + (weight[2] * x0) * (weight[2] * x0);
+    return error[0] + error[1];
+}
+
+/* Weighted sum of squares of the correction of the unknowns. */
+static real spherical_pendulum_size_of_correction(const spherical_pendulum_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const real weighted = work->solution[i] * work->per_tolerance[i];
+        sum = sum + weighted * weighted;
     }
-    memcpy(work->solution, work->right, sizeof work->solution);
-    spherical_pendulum_solve(work->matrix, work->pivot, work->solution);
+    return sum;
+}
+
+/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
+static real spherical_pendulum_correct(const spherical_pendulum_scale *scale, spherical_pendulum_workspace *work)
+{
+    int i;
+    if (!work->whole)
+        return spherical_pendulum_correct_quickly(scale, work);
+    for (i = 0; i < 3; ++i)
+        work->right[i] = scale->r * work->right[i];
+    {
+        memcpy(work->solution, work->right, sizeof work->solution);
+        spherical_pendulum_solve(work->matrix, work->pivot, work->solution);
+    }
+    for (i = 0; i < 3; ++i)
+        work->unknown[i] = work->unknown[i] + work->solution[i];
+    for (i = 0; i < 3; ++i) {
+        work->v[i] = work->v[i] + scale->v * work->solution[i];
+        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
+    }
+    return spherical_pendulum_size_of_correction(work);
 }
 
 /* Numbers of the partials at work->q, v, vdot, lam. */
@@ -455,9 +499,9 @@ static int spherical_pendulum_iteration_matrix(const spherical_pendulum_paramete
 /* q = q_n o exp(step D) with D = E - B_n^T eta. */
 static void spherical_pendulum_move(const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
 {
-    int i;
-    for (i = 0; i < 3; ++i)
-        work->increment[i] = work->unknown[i];
+    work->increment[0] = work->unknown[0];
+    work->increment[1] = work->unknown[1];
+    work->increment[2] = work->unknown[2];
     spherical_pendulum_update(from->q, work->increment, step, work->q);
     (void)from;
 }
@@ -476,18 +520,30 @@ static int spherical_pendulum_turns_too_far(real step, const spherical_pendulum_
 /* What forming and factoring the matrix costs, in iterations. */
 #define spherical_pendulum_FACTORS_COST K(0.7014925373134329)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. The last term keeps the demand above
- * round-off when components differ much in size. */
-static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, spherical_pendulum_workspace *work)
+/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
+ * changes the mean velocity by; no demand is below it. */
+static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, real per_step, spherical_pendulum_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)per_step;
     for (i = 0; i < 3; ++i)
         magnitude = spherical_pendulum_larger(magnitude, EG_ABS(work->unknown[i]));
+    work->round_off = K(2.0) * spherical_pendulum_EPSILON * magnitude;
     for (i = 0; i < 3; ++i)
-        work->per_tolerance[i] = settings->atol + K(8.0) * spherical_pendulum_EPSILON * magnitude;
+        work->per_tolerance[i] = settings->atol + work->round_off;
     for (i = 0; i < 3; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+}
+
+/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *work)
+{
+    int i;
+    for (i = 0; i < 3; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+            return 0;
+    return 1;
 }
 
 /* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
@@ -500,13 +556,20 @@ static void spherical_pendulum_tolerances(const spherical_pendulum_settings *set
 static spherical_pendulum_status spherical_pendulum_advance(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
     const spherical_pendulum_state *from, real t, real step, int refresh, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
 {
-    const real per_step = K(1.0) / step, to_vdot = c->b * per_step;
+    const real per_step = K(1.0) / step;
+    spherical_pendulum_scale scale;
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
     int i, factor, fresh = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > spherical_pendulum_FACTORS_COST + work->excess;
+    scale.r = -step;
+    scale.phi = -per_step;
+    scale.w = K(-1.0);
+    scale.v = c->g;
+    scale.vdot = c->b * per_step;
+    scale.lam = per_step;
     /* predictor: a and lam by a polynomial through their last values */
     for (i = 0; i < 3; ++i) {
         const real a = from->a[i];
@@ -522,10 +585,13 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
     if (spherical_pendulum_turns_too_far(step, work))
         return SPHERICAL_PENDULUM_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
-        real error = K(0.0), rate;
+        real error, rate, largest;
         spherical_pendulum_move(from, step, work);
         spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
         ++statistics->evaluations;
+        largest = K(0.0);
+        for (i = 0; i < 3; ++i)
+            largest = spherical_pendulum_larger(largest, EG_ABS(work->right[i]));
         if (factor) {
             if (!spherical_pendulum_finite(work->right, 3))
                 return SPHERICAL_PENDULUM_NOT_FINITE;
@@ -539,20 +605,10 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
             fresh = 1;
             since = 0;
         }
-        for (i = 0; i < 3; ++i)
-            work->right[i] = -step * work->right[i];
-        spherical_pendulum_solve_step(work);
-        for (i = 0; i < 3; ++i)
-            x[i] = x[i] + work->solution[i];
-        for (i = 0; i < 3; ++i) {
-            work->v[i] = work->v[i] + c->g * work->solution[i];
-            work->vdot[i] = work->vdot[i] + to_vdot * work->solution[i];
-        }
-        if (iteration == 0)
-            spherical_pendulum_tolerances(settings, work);
-        for (i = 0; i < 3; ++i) {
-            const real weighted = work->solution[i] * work->per_tolerance[i];
-            error = error + weighted * weighted;
+        error = spherical_pendulum_correct(&scale, work);
+        if (iteration == 0) {
+            spherical_pendulum_tolerances(settings, per_step, work);
+            error = spherical_pendulum_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.3333333333333333));
         if (!(error - error == K(0.0)))
@@ -562,7 +618,8 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.01) * (K(1.0) - rate))))) {
+        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && spherical_pendulum_only_rounding(work))) {
             if (fresh) {
                 work->usual = since;
                 work->borrowed = 0;
@@ -580,8 +637,7 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
                     work->pause = work->streak;
                 }
             }
-            for (i = 0; i < 3; ++i)
-                statistics->max_residual = spherical_pendulum_larger(statistics->max_residual, EG_ABS(work->right[i]) * per_step);
+            statistics->max_residual = spherical_pendulum_larger(statistics->max_residual, largest);
             if (spherical_pendulum_turns_too_far(step, work))
                 return SPHERICAL_PENDULUM_ROTATION_TOO_LARGE;
             spherical_pendulum_move(from, step, work);
