@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -130,7 +131,17 @@ def build(
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
     library = _library(scene, terms, _method_name(scene, method), profile, real)
     constrained = scene.coordinates == "absolute" or bool(scene.constraints)
-    return Model(scene, library, lambda other: _library(scene, terms_of(other, constrained), other, profile, real))
+    start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
+    return Model(scene, library, lambda other: _library(scene, terms_of(other, constrained), other, profile, real), start)
+
+
+def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
+    """Return q and v of absolute bodies where the joints' initial state has them, at other values of tunable parameters."""
+    from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
+    from eomgen.mechanics.start import absolute_start  # noqa: PLC0415
+
+    changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
+    return absolute_start(Derivation(replace(scene, parameters=changed)))
 
 
 def as_scene(scene: Described) -> Scene:

@@ -26,7 +26,7 @@ _INTERRUPTED = 130
 @folder_option
 @click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default.")
 @click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default.")
-@click.option("--method", default=None, help="generalized_alpha or rk4; the scene's by default.")
+@click.option("--method", default=None, help="generalized_alpha, rk4, rk4_partitioned ...; the scene's by default.")
 @click.option("--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.")
 @click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows.")
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")

@@ -28,20 +28,22 @@ class InitialState:
     z: Array
 
 
-def initial_state(model: Model, initial: Mapping[str, Any] | None) -> InitialState:
+def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: Array | None = None) -> InitialState:
     """Return the scene's initial state with what is given put in.
 
     Parameters
     ----------
     initial : mapping
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+    parameters : (np,) array, optional
+        Those of the run, which the scene's own state in absolute coordinates depends on.
 
     Raises
     ------
     UsageError
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
-    state = InitialState(model.initial_q.copy(), model.initial_v.copy(), model.initial_z.copy())
+    state = _scene_start(model, parameters)
     given = {} if initial is None else initial
     if not isinstance(given, Mapping):
         what = f"a mapping is needed, not {type(given).__name__}"
@@ -76,3 +78,12 @@ def _put(target: Array, part: slice, name: str, value: Any) -> None:
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed"))
     target[part] = array
+
+
+def _scene_start(model: Model, parameters: Array | None) -> InitialState:
+    """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
+    q, v = model.initial_q.copy(), model.initial_v.copy()
+    if model.start is not None and parameters is not None and parameters.tolist() != list(model.parameters.values()):
+        start = model.start(dict(zip(model.parameters, parameters.tolist(), strict=True)))
+        q, v = (np.array(part, dtype=float) for part in start)
+    return InitialState(q, v, model.initial_z.copy())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,6 +34,9 @@ class PointMotion(NamedTuple):
     velocity: Array | None
 
 
+Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
+
+
 class Model:
     """A compiled scene.
 
@@ -49,13 +52,18 @@ class Model:
         Functions, and the stepper of the default method.
     stepper : callable
         Gives the library with the stepper of a method.
+    start : callable, optional
+        Gives q and v of the scene's initial state at other parameters, where they depend on them.
     """
 
-    def __init__(self, scene: Scene, library: Library, stepper: Callable[[str], Library]) -> None:
+    def __init__(
+        self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None
+    ) -> None:
         layout = library.layout
         self.scene = scene
         self.library = library
         self.stepper = stepper
+        self.start = start
         self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)

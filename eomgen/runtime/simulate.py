@@ -55,7 +55,8 @@ def simulate(
     step : float
         Step size, s.
     method : str
-        ``generalized_alpha`` (also ``chung_hulbert``) or ``rk4`` (also ``rkmk4``, ``runge_kutta``).
+        ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
+        ``_f2`` behind it; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1.
     initial : mapping
@@ -87,7 +88,7 @@ def simulate(
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
-    state = initial_state(model, initial)
+    state = initial_state(model, initial, p)
     corrected: list[str] = []
     if model.multipliers and (initial or parameters is not None or start != 0.0):
         found = model.consistent(state.q, state.v, start, parameters=p)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -104,3 +106,17 @@ def test_other_forms_reach_the_same_end(method: str) -> None:
     found = model.simulate(0.1, 5e-4, method=method)
     assert found.success, found.message
     np.testing.assert_allclose(found.q[-1], expected.q[-1], atol=1e-5)
+
+
+def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
+    builder = eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
+    builder.body("bob", mass=1.0, center_of_mass=[0, 0, -1], inertia=[0.01, 0.01, 0.01]).joint("ball", "spherical", "base", "bob")
+    builder.point("tip", "bob", [0, 0, -1]).output("tip", position="tip")
+    scene = builder.build()
+    in_joints = eomgen.build(scene, profile="quick")
+    absolute_scene = replace(scene, coordinates="absolute", name="shaken_absolute", content=scene.content + b"absolute")
+    in_world = eomgen.build(absolute_scene, profile="quick")
+    for shake in (0.0, 0.1, 0.3):
+        expected, found = (model.simulate(0.5, 1e-3, parameters={"shake": shake}) for model in (in_joints, in_world))
+        np.testing.assert_allclose(found.outputs["tip"][0], [shake, 0.0, -1.0], atol=1e-12)
+        np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
