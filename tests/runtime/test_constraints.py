@@ -95,7 +95,7 @@ def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
 
 
 def test_explicit_methods_say_why_they_refuse_constraints() -> None:
-    with pytest.raises(eomgen.ModelError, match="rk4 cannot run on this scene: .*constraints"):
+    with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*constraints"):
         absolute().simulate(0.1, 1e-3, method="rk4")
 
 
