@@ -1,0 +1,82 @@
+"""The C of every example: no warning, nothing for the sanitizers to find, the same run as from Python, and one meaning in four types."""
+
+from __future__ import annotations
+
+import csv
+import io
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.system import System
+from tests.codegen.hand_made import call, compile_program
+from tests.oracles.evaluation import Array
+from tests.oracles.states import random_states
+
+ROOT = Path(__file__).parents[2]
+SCENES = sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml"))
+STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
+#: Relative to the largest entry: a few hundred roundings of each type.
+TOLERANCE = {"complex": 1e-12, "lanes": 1e-12, "float": 2e-3}
+STEPS = 25
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(scene: str, tmp_path: Path) -> None:
+    path = ROOT / "examples" / scene
+    folder = tmp_path / "c"
+    eomgen.generate(path, folder)
+    compiler = shutil.which("cc")
+    assert compiler, "these tests need a C compiler called cc"
+    sources = sorted(str(file) for file in folder.glob("*.c"))
+    built = subprocess.run(
+        [compiler, *STRICT, *SANITIZERS, *sources, "-o", str(tmp_path / "model"), "-lm"],
+        capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stderr
+    loaded = eomgen.load(path)
+    step = loaded.simulation.step
+    run = subprocess.run(
+        [str(tmp_path / "model"), repr(STEPS * step), repr(step), "1"], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert run.returncode == 0, run.stderr
+    rows = list(csv.reader(io.StringIO(run.stdout)))
+    expected = eomgen.build(loaded).simulate(STEPS * step, step)
+    assert expected.success, expected.message
+    last = np.array([float(cell) for cell in rows[-1]][1 : 1 + expected.q.shape[1]])
+    scale = max(1.0, float(np.abs(expected.q).max()))
+    assert np.abs(last - expected.q[-1]).max() <= 1e-9 * scale
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_four_number_types_agree_on_every_function(scene: str, tmp_path: Path, rng: np.random.Generator) -> None:
+    system = eomgen.derive(ROOT / "examples" / scene)
+    program = to_program(system)
+    state = _state(system, rng)
+    found = {}
+    for real in ("double", *TOLERANCE):
+        library = compile_program(program, tmp_path / real, real=real)
+        base = call(library, "base", state)[0] if "base" in system.functions else np.zeros((len(state["q"]), 19))
+        inputs = {**state, "base": base}
+        found[real] = {name: call(library, name, inputs) for name in system.functions}
+    for real, tolerance in TOLERANCE.items():
+        for name, outputs in found[real].items():
+            for block, values in zip(found["double"][name], outputs, strict=True):
+                scale = max(1.0, float(np.abs(block).max()))
+                assert np.abs(values - block).max() <= tolerance * scale, f"{name} in {real}"
+
+
+def _state(system: System, rng: np.random.Generator) -> dict[str, Array]:
+    """Return three states near the initial one, where all that the scene's formulas say is smooth."""
+    state = random_states(system, 3, rng) | {"lam": rng.normal(size=(3, max(1, len(system.multipliers))))}
+    state["q"] = np.broadcast_to(np.array(system.initial_q), (3, system.nq)).copy()
+    state["v"] = np.array(system.initial_v) + 0.1 * rng.normal(size=(3, system.nv))
+    state.setdefault("u", np.zeros((3, 1)))
+    state.setdefault("p", np.zeros((3, 1)))
+    return state
