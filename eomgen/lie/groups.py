@@ -8,6 +8,7 @@ Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215; Bruls, Card
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from eomgen.lie import rotations
@@ -32,7 +33,7 @@ from eomgen.symbolic.scalar import apply, dot, multiply, plus, transpose
 
 
 @dataclass(frozen=True)
-class Group:
+class Group(ABC):
     """A Lie group with its storage.
 
     Attributes
@@ -53,17 +54,17 @@ class Group:
     identity: tuple[float, ...]
     quaternion: bool
 
+    @abstractmethod
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         """Return exp of an increment. The quaternion has w = cos(|angle|/2): it starts at +1 and is never flipped."""
-        raise NotImplementedError
 
+    @abstractmethod
     def log(self, algebra: Algebra, q: Values) -> list[Value]:
         """Return theta with exp(theta) = q up to the quaternion's sign, and rotation angle at most pi."""
-        raise NotImplementedError
 
+    @abstractmethod
     def compose(self, first: Values, second: Values) -> list[Value]:
         """Return first * second."""
-        raise NotImplementedError
 
     def update(self, algebra: Algebra, q: Values, theta: Values) -> list[Value]:
         """Return q * exp(theta), its quaternion scaled back to unit length, its sign kept."""
@@ -73,25 +74,25 @@ class Group:
         length = algebra.sqrt(dot(moved[:4], moved[:4]))
         return [*(x / length for x in moved[:4]), *moved[4:]]
 
+    @abstractmethod
     def inverse(self, q: Values) -> list[Value]:
         """Return q^-1."""
-        raise NotImplementedError
 
+    @abstractmethod
     def adjoint(self, q: Values) -> Rows:
         """Return Ad: (Ad(q) v)~ = q tilde(v) q^-1."""
-        raise NotImplementedError
 
+    @abstractmethod
     def bracket_matrix(self, v: Values) -> Rows:
         """Return ad: ad(v) w = [v, w]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def tangent(self, algebra: Algebra, theta: Values) -> Rows:
         """Return T: exp(theta)^-1 d exp(theta) = (T(theta) d theta)~. Singular at a rotation angle of 2 pi."""
-        raise NotImplementedError
 
+    @abstractmethod
     def tangent_inverse(self, algebra: Algebra, theta: Values) -> Rows:
         """Return T^-1, for rotation angles below 2 pi."""
-        raise NotImplementedError
 
 
 class RealSpace(Group):

@@ -10,8 +10,6 @@ import pytest
 
 from benchmarks import generation_time, measure, robot_dynamics, stepping
 
-pytest.importorskip("pinocchio", reason="the benchmarks' robots come with pin and example-robot-data")
-
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = robot_dynamics.main(["--quick", "--work", str(tmp_path), "--functions", "inverse_dynamics", "forward_dynamics"])

@@ -1,4 +1,4 @@
-"""The C of every example: no warning, nothing for the sanitizers to find, the same run as from Python, and one meaning in four types."""
+"""The C of every example: no warning, nothing for sanitizers to find, the same run as from Python, one meaning in four types."""
 
 from __future__ import annotations
 

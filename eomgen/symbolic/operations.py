@@ -1,0 +1,95 @@
+"""What a tape can record: operation codes with their parities and meaning on constants, input symbols, exact counts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum, auto
+
+
+class Op(IntEnum):
+    """Operation codes. ``LT`` and ``LE`` give 1.0 or 0.0; ``SELECT`` takes condition, then, otherwise."""
+
+    CONST = auto()
+    INPUT = auto()
+    ADD = auto()
+    SUB = auto()
+    MUL = auto()
+    DIV = auto()
+    SQRT = auto()
+    SIN = auto()
+    COS = auto()
+    TAN = auto()
+    ASIN = auto()
+    ACOS = auto()
+    ATAN = auto()
+    ATAN2 = auto()
+    SINH = auto()
+    COSH = auto()
+    TANH = auto()
+    EXP = auto()
+    LOG = auto()
+    POW = auto()
+    ABS = auto()
+    SIGN = auto()
+    MIN = auto()
+    MAX = auto()
+    LT = auto()
+    LE = auto()
+    SELECT = auto()
+    MAP = auto()  # operand a: number of the Map on this tape, operand b: number of its result
+
+
+ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
+EVEN = frozenset({Op.COS, Op.COSH, Op.ABS})
+UNARY = frozenset(
+    {Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN, Op.SINH, Op.COSH, Op.TANH, Op.EXP, Op.LOG, Op.ABS, Op.SIGN}
+)
+LEAVES = frozenset({Op.CONST, Op.INPUT})
+
+FOLD: dict[Op, Callable[[float], float]] = {
+    Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
+    Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp, Op.LOG: math.log,
+    Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+}  # fmt: skip
+
+FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
+    Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max,
+    Op.LT: lambda x, y: float(x < y), Op.LE: lambda x, y: float(x <= y),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class InputSymbol:
+    """An input node: component ``index`` of the named block (``q``, ``v``, ``t``, ``p``, ``u``, ``base``...)."""
+
+    block: str
+    index: int
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Exact numbers of operations. ``flops`` is additions plus multiplications, the figure the literature prints."""
+
+    additions: int = 0
+    multiplications: int = 0
+    divisions: int = 0
+    functions: int = 0
+    selections: int = 0
+    statements: int = 0
+
+    @property
+    def flops(self) -> int:
+        return self.additions + self.multiplications
+
+    @property
+    def weight(self) -> int:
+        """Rough cost for comparing two ways to the same result: a division counts as eight, a function as twenty flops."""
+        return self.flops + 8 * self.divisions + 20 * self.functions + self.selections
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.additions + other.additions, self.multiplications + other.multiplications, self.divisions + other.divisions,
+            self.functions + other.functions, self.selections + other.selections, self.statements + other.statements,
+        )  # fmt: skip
