@@ -49,7 +49,7 @@ class Loop:
 
 def stepper_of(model: Model, method: str, step: float, rho_inf: float, settings: Mapping[str, float]) -> Stepper:
     """Return the stepper of a method; ``settings`` that it does not know (an explicit method's tolerances) are left out."""
-    library = model.stepper(method)
+    library = model.library if model.library.layout["built_method"] == method else model.stepper(method)
     values = default_settings(library.layout["method"])
     given = {**settings, "step": step, "rho_inf": rho_inf}
     values |= {name: value for name, value in given.items() if name in values}
