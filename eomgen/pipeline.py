@@ -132,7 +132,14 @@ def build(
     library = _library(scene, terms, _method_name(scene, method), profile, real)
     constrained = scene.coordinates == "absolute" or bool(scene.constraints)
     start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
-    return Model(scene, library, lambda other: _library(scene, terms_of(other, constrained), other, profile, real), start)
+    long = not constrained and any(function["name"] == "iteration" for function in library.layout["functions"])
+
+    def stepper(other: str) -> Library:
+        """Return a library with another method's stepper; of long trees without their dense partials."""
+        needed = [("iteration" if long and term == "partials" else term) for term in terms_of(other, constrained)]
+        return _library(scene, needed, other, profile, real)
+
+    return Model(scene, library, stepper, start)
 
 
 def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:

@@ -621,10 +621,11 @@ static int active_vehicle_turns_too_far(real step, const active_vehicle_workspac
 
 /* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
  * changes the mean velocity by; no demand is below it. */
-static void active_vehicle_tolerances(const active_vehicle_settings *settings, real per_step, active_vehicle_workspace *work)
+static void active_vehicle_tolerances(const active_vehicle_settings *settings, const active_vehicle_coefficients *c, real per_step, active_vehicle_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)c;
     (void)per_step;
     for (i = 0; i < 7; ++i)
         magnitude = active_vehicle_larger(magnitude, EG_ABS(work->unknown[i]));
@@ -706,7 +707,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         }
         error = active_vehicle_correct(&scale, work);
         if (iteration == 0) {
-            active_vehicle_tolerances(settings, per_step, work);
+            active_vehicle_tolerances(settings, c, per_step, work);
             error = active_vehicle_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.14285714285714285));

@@ -616,10 +616,11 @@ static int free_spinning_body_turns_too_far(real step, const free_spinning_body_
 
 /* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
  * changes the mean velocity by; no demand is below it. */
-static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, real per_step, free_spinning_body_workspace *work)
+static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c, real per_step, free_spinning_body_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)c;
     (void)per_step;
     for (i = 0; i < 6; ++i)
         magnitude = free_spinning_body_larger(magnitude, EG_ABS(work->unknown[i]));
@@ -701,7 +702,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         }
         error = free_spinning_body_correct(&scale, work);
         if (iteration == 0) {
-            free_spinning_body_tolerances(settings, per_step, work);
+            free_spinning_body_tolerances(settings, c, per_step, work);
             error = free_spinning_body_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.16666666666666666));

@@ -1282,9 +1282,9 @@ static int heavy_top_r3xso3_turns_too_far(real step, const heavy_top_r3xso3_work
 
 /* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
  * changes the mean velocity by, mostly of q, which constraints divide by the step; no demand is below it. */
-static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings, real per_step, heavy_top_r3xso3_workspace *work)
+static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, real per_step, heavy_top_r3xso3_workspace *work)
 {
-    real magnitude = K(0.0);
+    real magnitude = K(0.0), inertia = K(0.0);
     int i;
     for (i = 0; i < 7; ++i)
         magnitude = heavy_top_r3xso3_larger(magnitude, per_step * EG_ABS(work->q[i]));
@@ -1293,7 +1293,10 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->round_off = K(2.0) * heavy_top_r3xso3_EPSILON * magnitude;
     for (i = 0; i < 12; ++i)
         work->per_tolerance[i] = settings->atol + work->round_off;
-    magnitude = K(0.0);
+    /* what the rounding of E asks of step lam, through step M vdot and vdot = b E/step */
+    for (i = 31; i < 37; ++i)
+        inertia = heavy_top_r3xso3_larger(inertia, EG_ABS(work->numbers[i]));
+    magnitude = c->b * inertia * magnitude;
     for (i = 6; i < 9; ++i)
         magnitude = heavy_top_r3xso3_larger(magnitude, EG_ABS(work->unknown[i]));
     for (i = 6; i < 9; ++i)
@@ -1383,7 +1386,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         }
         error = heavy_top_r3xso3_correct(&scale, work);
         if (iteration == 0) {
-            heavy_top_r3xso3_tolerances(settings, per_step, work);
+            heavy_top_r3xso3_tolerances(settings, c, per_step, work);
             error = heavy_top_r3xso3_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.08333333333333333));

@@ -385,10 +385,11 @@ static int pendulum_on_shaking_base_turns_too_far(real step, const pendulum_on_s
 
 /* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
  * changes the mean velocity by; no demand is below it. */
-static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, real per_step, pendulum_on_shaking_base_workspace *work)
+static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c, real per_step, pendulum_on_shaking_base_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)c;
     (void)per_step;
     for (i = 0; i < 1; ++i)
         magnitude = pendulum_on_shaking_base_larger(magnitude, EG_ABS(work->unknown[i]));
@@ -470,7 +471,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         }
         error = pendulum_on_shaking_base_correct(&scale, work);
         if (iteration == 0) {
-            pendulum_on_shaking_base_tolerances(settings, per_step, work);
+            pendulum_on_shaking_base_tolerances(settings, c, per_step, work);
             error = pendulum_on_shaking_base_size_of_correction(work);
         }
         error = EG_SQRT(error * K(1.0));

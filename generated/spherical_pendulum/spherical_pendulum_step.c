@@ -522,10 +522,11 @@ static int spherical_pendulum_turns_too_far(real step, const spherical_pendulum_
 
 /* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
  * changes the mean velocity by; no demand is below it. */
-static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, real per_step, spherical_pendulum_workspace *work)
+static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c, real per_step, spherical_pendulum_workspace *work)
 {
     real magnitude = K(0.0);
     int i;
+    (void)c;
     (void)per_step;
     for (i = 0; i < 3; ++i)
         magnitude = spherical_pendulum_larger(magnitude, EG_ABS(work->unknown[i]));
@@ -607,7 +608,7 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
         }
         error = spherical_pendulum_correct(&scale, work);
         if (iteration == 0) {
-            spherical_pendulum_tolerances(settings, per_step, work);
+            spherical_pendulum_tolerances(settings, c, per_step, work);
             error = spherical_pendulum_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.3333333333333333));
