@@ -46,6 +46,7 @@ def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     except KeyError as error:
         raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+    # zipfile raises NotImplementedError for a compression or encryption that it does not know: such a file is not ours
     except (ValueError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
         what = f"this is not a solution written by eomgen: {error}"
         raise FileError(Problem(str(path), what, "a .npz file of Solution.save")) from None
