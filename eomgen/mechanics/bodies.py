@@ -83,3 +83,14 @@ def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
         back = transpose(mount.orientation)
         values += [*apply(back, omega), *apply(back, velocity)]
     return values
+
+
+def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
+    """Return angular acceleration of each body and acceleration of its origin, inertial, in its own axes, 6 numbers each."""
+    values: list[Scalar] = []
+    for body in scene.bodies:
+        mount = tree.mounts[body.name]
+        field = kinematics.field(mount.link)
+        back = transpose(mount.orientation)
+        values += [*apply(back, field.alpha), *apply(back, field.at(mount.position))]
+    return values

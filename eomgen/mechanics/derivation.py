@@ -9,7 +9,7 @@ from eomgen.mechanics import terms as separated
 from eomgen.mechanics.absolute import build_absolute_tree
 from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_state, resting_base
-from eomgen.mechanics.bodies import poses, twists
+from eomgen.mechanics.bodies import accelerations, poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
@@ -18,6 +18,7 @@ from eomgen.mechanics.forces import Loads, applied_loads
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
+from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.motion import total_fields
@@ -176,6 +177,16 @@ class Derivation:
     def twists(self) -> list[Block]:
         values = twists(self.scene, self.tree, self.kinematics)
         return [self.block("twist", (len(self.scene.bodies), 6), values, "angular and linear velocity of each body")]
+
+    def accelerations(self) -> list[Block]:
+        values = accelerations(self.scene, self.tree, self.kinematics)
+        what = "angular acceleration of each body and acceleration of its origin"
+        return [self.block("acceleration", (len(self.scene.bodies), 6), values, what)]
+
+    def jacobians(self) -> list[Block]:
+        values = body_jacobians(self.scene, self.tree)
+        what = "twist of each body against the base per unit of v, angular first"
+        return [self.block("J", (len(self.scene.bodies), 6, self.tree.nv), values, what)]
 
     def energies(self) -> dict[str, Scalar]:
         if self._energies is None:

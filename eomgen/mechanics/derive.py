@@ -34,6 +34,8 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "jacobian_values": (("p", "t", "q", "base"), "nonzeros of B"),
     "poses": (("p", "q", "base"), "quaternion (body to world) and position of every body"),
     "twists": (("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first"),
+    "accelerations": (("p", "q", "v", "a", "base"), "inertial accelerations of every body in body axes, angular first"),
+    "jacobians": (("p", "q"), "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
     "outputs": (("p", "t", "q", "v", "a", "lam", "u", "base"), "the scene's named outputs"),
     "energy": (
         ("p", "t", "q", "v", "a", "lam", "u", "base"),
@@ -48,6 +50,9 @@ OF_CONSTRAINTS = frozenset(
         "equations", "iteration", "jacobian_values",
     }
 )  # fmt: skip
+
+#: Terms that are recorded only when they are asked for by name.
+ON_REQUEST = frozenset({"accelerations", "jacobians"})
 
 #: Terms of long trees that are recorded only when they are asked for by name: their size is quadratic in the number of links.
 QUADRATIC = frozenset({"mass", "partials"})
@@ -85,7 +90,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
     if asked:
         return [name for name in TERMS if name in asked and _present(derivation, name)]
-    left_out = QUADRATIC if derivation.long and derivation.constraints is None else frozenset()
+    left_out = ON_REQUEST | QUADRATIC if derivation.long and derivation.constraints is None else ON_REQUEST
     return [name for name in TERMS if name not in left_out and _present(derivation, name)]
 
 

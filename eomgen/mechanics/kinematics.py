@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eomgen.mechanics.base import BaseState
-from eomgen.mechanics.motion import Field, relative, total_fields
+from eomgen.mechanics.motion import Field, centripetal, relative, total_fields
 from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
@@ -90,17 +90,22 @@ class Kinematics:
 
     def acceleration(self, body: str, r: Vector) -> Vector:
         """Return the inertial acceleration of a point in world axes (it depends on the input block ``a``)."""
-        if self._fields is None:
-            self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         link, s = self.local(body, r)
         if link == WORLD:
             return self.algebra.zero_vector
         if link < 0:
-            motion = self.carrier.motion()
-            turning = cross(motion.omega, cross(motion.omega, s))
-            return apply(self.carrier.orientation, plus(motion.acceleration, plus(cross(motion.alpha, s), turning)))
-        in_base = apply(self.pose(link)[0], self._fields[link].at(s))
+            return apply(self.carrier.orientation, self.field(link).at(s))
+        in_base = apply(self.pose(link)[0], self.field(link).at(s))
         return apply(self.base.orientation, in_base)
+
+    def field(self, link: int) -> Field:
+        """Return the inertial acceleration field of a link in its axes, of the carrying base for a negative number."""
+        if link < 0:
+            motion = self.carrier.motion()
+            return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
+        if self._fields is None:
+            self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
+        return self._fields[link]
 
     def orientation_in_world(self, body: str) -> Matrix:
         """Return the rotation matrix of a body, body axes to world axes."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
-from eomgen.runtime.arguments import check_name, components, numbers
-from eomgen.runtime.configuration import configuration_rate, rotated, with_unit_quaternions
+from eomgen.runtime.arguments import components, numbers
+from eomgen.runtime.bodies import Bodies
+from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
 from eomgen.runtime.terms import Inputs, Parameters, Terms
@@ -27,17 +28,10 @@ Array = NDArray[np.float64]
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
 
-class PointMotion(NamedTuple):
-    """Position and velocity of a point in world axes, each (..., 3); the velocity is None where no v was given."""
-
-    position: Array
-    velocity: Array | None
-
-
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class Model:
+class Model(Bodies):
     """A compiled scene.
 
     All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
@@ -206,35 +200,7 @@ class Model:
         values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
         return dict(zip(self.functions.output_names(term), values, strict=True))
 
-    # -- bodies, outputs, energies -------------------------------------------------------------------------------------
-
-    def pose(
-        self, body: str, q: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
-    ) -> Array:
-        """Return quaternion (body to world axes) and position of a body's frame, (..., 7)."""
-        index = self._body(body)
-        return self._one("poses", q=q, t=t, parameters=parameters, base=base)[..., index, :]
-
-    def twist(
-        self, body: str, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
-        """Return the inertial twist of a body's frame in body axes, angular first, (..., 6)."""
-        index = self._body(body)
-        return self._one("twists", q=q, v=v, t=t, parameters=parameters, base=base)[..., index, :]
-
-    def point(
-        self, body: str, r: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, t: ArrayLike = 0.0, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> PointMotion:  # fmt: skip
-        """Return position and velocity in world axes of the point at ``r`` (..., 3) in a body's frame."""
-        r = components("r", r, 3)
-        pose = self.pose(body, q, t, parameters=parameters, base=base)
-        position = pose[..., 4:] + rotated(pose[..., :4], r)
-        if v is None:
-            return PointMotion(position, None)
-        twist = self.twist(body, q, v, t, parameters=parameters, base=base)
-        return PointMotion(position, rotated(pose[..., :4], twist[..., 3:] + np.cross(twist[..., :3], r)))
+    # -- outputs, energies ---------------------------------------------------------------------------------------------
 
     def energy(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
@@ -307,7 +273,3 @@ class Model:
 
     def _one(self, term: str, **given: Any) -> Array:
         return self._terms.call(term, **given)[0]
-
-    def _body(self, body: str) -> int:
-        check_name("body", body, self.bodies)
-        return self.bodies.index(body)

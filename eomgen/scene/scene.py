@@ -38,6 +38,8 @@ TERMS = (
     "jacobian_values",
     "poses",
     "twists",
+    "accelerations",
+    "jacobians",
     "outputs",
     "energy",
 )

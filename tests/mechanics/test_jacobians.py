@@ -1,0 +1,111 @@
+"""Body Jacobians against Pinocchio's frames and complex steps of the poses; accelerations against complex steps of the twists."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.formula_nodes import Number
+from eomgen.scene.reader import load
+from eomgen.scene.scene import ZERO, Scene
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file
+from tests.oracles.random_scenes import random_scene, with_base
+from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+
+STATES = 5
+SWAP = [3, 4, 5, 0, 1, 2]
+
+
+def scene_of(seed: int) -> Scene:
+    scene = random_scene(seed, 2 + seed % 5, tunable=0.2 * (seed % 2))
+    return with_base(scene, seed, turning=seed % 3 == 1) if seed % 3 else scene
+
+
+def in_absolute_coordinates(scene: Scene) -> Scene:
+    groups = {body.name: ("SE3", "R3xSO3")[k % 2] for k, body in enumerate(scene.bodies)}
+    joints = tuple(replace(joint, rotor_inertia=ZERO) for joint in scene.joints)
+    massive = (Number(1.0),) * 3 + (ZERO,) * 3
+    bodies = tuple(replace(body, mass=Number(1.0), inertia=massive) for body in scene.bodies)  # it takes no massless ones
+    return replace(scene, coordinates="absolute", groups=groups, joints=joints, bodies=bodies)
+
+
+def local_jacobian(oracle: PinocchioOracle, q: Array, joint: int) -> Array:
+    """Return a joint's Jacobian in its own axes, angular first, columns in the scene's order."""
+    J = pin.computeJointJacobian(oracle.model, oracle.data, oracle.q(q), joint)
+    return J[np.ix_(SWAP, oracle.order)]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_against_pinocchio_on_random_trees(seed: int, rng: np.random.Generator) -> None:
+    scene = random_scene(seed, 3 + seed)
+    system = derive(scene, ["jacobians"])
+    evaluate, oracle = tape_evaluator(system), oracle_of_tree(scene)
+    state = random_states(system, STATES, rng)
+    found = evaluate("jacobians", state)["J"]
+    carried = {joint.child: joint for joint in scene.joints if joint.type != "fixed"}
+    assert carried
+    for k, name in enumerate(system.bodies):
+        if name in carried:
+            number = oracle.model.getJointId(carried[name].name)
+            expected = np.array([local_jacobian(oracle, q, number) for q in state["q"]])
+            assert relative_error(found[:, k], expected, 2) <= 1e-13, name
+
+
+def test_against_pinocchio_on_a_humanoid(rng: np.random.Generator) -> None:
+    path = robot_file("talos_data/robots/talos_reduced.urdf")
+    scene = load(path, root="free")
+    system = derive(scene, ["jacobians"])
+    evaluate, oracle = tape_evaluator(system), oracle_from_urdf(path, scene, root="free")
+    state = random_states(system, 2, rng)
+    found = evaluate("jacobians", state)["J"]
+    for k, (name, (number, *_)) in enumerate(zip(system.bodies, oracle.joints, strict=True)):
+        expected = np.array([local_jacobian(oracle, q, number) for q in state["q"]])
+        assert relative_error(found[:, k], expected, 2) <= 1e-12, name
+
+
+@pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])
+@pytest.mark.parametrize("seed", range(6))
+def test_columns_are_complex_steps_of_the_poses(seed: int, absolute: bool, rng: np.random.Generator) -> None:
+    """omega~ = R^T dR and v = R^T dx along each left-trivialised direction; a moving base takes no part."""
+    scene = in_absolute_coordinates(scene_of(seed)) if absolute else scene_of(seed)
+    system = derive(scene, ["poses", "jacobians"])
+    assert system.functions["jacobians"].inputs in (("q",), ("p", "q"))
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    state = on_base(evaluate, state) if scene.base is not None else state
+    poses, found = evaluate("poses", state)["pose"], evaluate("jacobians", state)["J"]
+    rates = jacobian(evaluate, system.factors, "poses", "pose", state, "q")
+    for k in range(len(system.bodies)):
+        w, n = poses[:, k, :1, np.newaxis], poses[:, k, 1:4, np.newaxis]
+        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
+        omega = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot, axis=1))
+        linear = np.einsum("sji,sjk->sik", rotation_of(poses[:, k, :4]), rates[:, k, 4:])
+        assert relative_error(found[:, k], np.concatenate([omega, linear], axis=1), 2, floor=1e-3) <= 1e-12
+
+
+@pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])
+@pytest.mark.parametrize("seed", range(6))
+def test_accelerations_are_rates_of_twists(seed: int, absolute: bool, rng: np.random.Generator) -> None:
+    """In body axes the origin accelerates with dv/dt + omega x v, v being the components of its velocity."""
+    scene = in_absolute_coordinates(scene_of(seed)) if absolute else scene_of(seed)
+    system = derive(scene, ["twists", "accelerations"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    state = on_base(evaluate, state) if scene.base is not None else state
+    along = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
+    rates = derivative(evaluate, system.factors, "twists", state, along)["twist"]
+    twist, found = evaluate("twists", state)["twist"], evaluate("accelerations", state)["acceleration"]
+    expected = rates.copy()
+    expected[..., 3:] += np.cross(twist[..., :3], twist[..., 3:])
+    assert relative_error(found, expected, floor=1e-3) <= 1e-12
+
+
+def test_they_are_made_only_when_asked_for() -> None:
+    system = derive(random_scene(0, 3))
+    assert {"poses", "twists"} <= set(system.functions)
+    assert not {"jacobians", "accelerations"} & set(system.functions)
