@@ -1,6 +1,6 @@
-"""The shape of a scene file, as pydantic models: which keys exist and what kind of value each takes.
+"""The shape of a scene file, as pydantic models: which keys exist, what kind of value each takes and what it means.
 
-What needs more than one key to judge is in ``checks``.
+What needs more than one key to judge is in ``checks``; the tables of ``docs/scene.md`` are made from here by ``reference``.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from eomgen.scene.constraint import ConstraintType
+from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS
+from eomgen.scene.schema_key import key
 from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
 
 Description = Annotated[str, Field(max_length=10_000)]
 Unit = Annotated[str, Field(max_length=64)]
+ORIGIN = (0.0, 0.0, 0.0)
 SECTIONS = (
     "parameters",
     "inputs",
@@ -39,10 +42,12 @@ class Table(BaseModel):
 
 
 class Parameter(Table):
-    value: Finite
-    tunable: bool = False
-    unit: Unit = ""
-    description: Description = ""
+    """A named number."""
+
+    value: Finite = key("no formula")
+    tunable: bool = key("can be changed at every call without compiling again", False)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
 
     @model_validator(mode="before")
     @classmethod
@@ -51,69 +56,152 @@ class Parameter(Table):
 
 
 class Road(Table):
-    road_class: Annotated[Literal["A", "B", "C", "D", "E", "F", "G", "H"], Field(alias="class")]
-    speed: Value
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
-    offset: Value = 0.0
-    harmonics: Annotated[int, Field(ge=1, le=2000)] = 200
+    """The elevation under a wheel, with the spectrum of ISO 8608."""
+
+    road_class: Literal["A", "B", "C", "D", "E", "F", "G", "H"] = key(
+        "roughness: A is a good motorway, C an average road; each class is twice as rough in amplitude",
+        alias="class",
+        kind="`A` to `H`",
+    )
+    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of the random phases", 0, kind="whole number from 0")
+    offset: Value = key(
+        "distance by which this wheel follows the one with offset 0 in the same track", 0.0, unit="m", names=FIXED_PARAMETERS
+    )
+    harmonics: Annotated[int, Field(ge=1, le=2000)] = key("number of harmonics between 0.011 and 2.83 cycles/m", 200)
 
 
 class Input(Table):
-    formula: Value | None = None
-    road: Road | None = None
-    unit: Unit = ""
-    description: Description = ""
+    """A signal u(t) that formulas use by its name."""
+
+    formula: Value | None = key("the signal", None, names=TIME)
+    road: Road | None = key("a random road, added to the formula", None)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
 
 
 class Rotation(Table):
-    axis: Triple
-    angle: Value
+    """A rotation by an angle about an axis."""
+
+    axis: Triple = key("of any length", names=FIXED_PARAMETERS)
+    angle: Value = key("of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad")
 
 
 Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]
 
 
 class Base(Table):
-    position: Triple = (0.0, 0.0, 0.0)
-    rotation: Rotations = ()
+    """The prescribed motion of the frame that carries the tree."""
+
+    position: Triple = key("of the base's origin, in world axes", ORIGIN, unit="m", names=TIME)
+    rotation: Rotations = key("intrinsic rotations in order", ())
 
 
 class Body(Table):
-    mass: Value
-    center_of_mass: Triple = (0.0, 0.0, 0.0)
-    inertia: Inertia = (0.0,) * 6
-    group: Literal["SE3", "R3xSO3"] | None = None
+    """A rigid body."""
+
+    mass: Value = key("0 is allowed where the body carries others that have mass", unit="kg", names=PARAMETERS)
+    center_of_mass: Triple = key("in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
+    inertia: Inertia = key(
+        "**about the centre of mass**, in the body's axes",
+        (0.0,) * 6,
+        unit="kg m^2",
+        names=PARAMETERS,
+        kind="see below, kg m²",
+        shown_default="zero, a point mass",
+    )
+    group: Literal["SE3", "R3xSO3"] | None = key(
+        "for [absolute coordinates](#absolute-coordinates) only", None, shown_default="`SE3`"
+    )
+
+
+_COORDINATE = {"revolute": "rad", "prismatic": "m", "free": "m"}
 
 
 class Initial(Table):
-    position: Values | None = None
-    orientation: Values | None = None
-    rotation: Rotations | None = None
-    velocity: Values | None = None
+    """The state of a joint at the start."""
+
+    position: Values | None = key(
+        "revolute, prismatic: angle or travel; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
+        None,
+        unit=_COORDINATE,
+        names=FIXED_PARAMETERS,
+        shown_default="zeros",
+    )
+    orientation: Values | None = key(
+        "free: quaternion, 4 values",
+        None,
+        names=FIXED_PARAMETERS,
+        kind="4 values of fixed parameters",
+        shown_default="not turned",
+    )
+    rotation: Rotations | None = key("spherical, free: in place of a quaternion", None)
+    velocity: Values | None = key(
+        "1, 3 or 6 values; angular first, body axes",
+        None,
+        unit={
+            "revolute": "rad/s",
+            "prismatic": "m/s",
+            "spherical": "rad/s",
+            "free": ("rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"),
+        },
+        names=FIXED_PARAMETERS,
+        shown_default="zeros",
+    )
 
 
 class Joint(Table):
-    type: Literal["fixed", "revolute", "prismatic", "spherical", "free"]
-    parent: str
-    child: str
-    position: Triple = (0.0, 0.0, 0.0)
-    rotation: Rotations | None = None
-    orientation: Matrix | None = None
-    axis: Triple | None = None
-    stiffness: Value | None = None
-    damping: Value | None = None
-    rest: Value | None = None
-    rotor_inertia: Value | None = None
-    initial: Initial = Initial()
+    """What carries a body, and lets it move against its parent."""
+
+    type: Literal["fixed", "revolute", "prismatic", "spherical", "free"] = key("how the child moves against the parent")
+    parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
+    child: str = key("the body that this joint carries", refers="bodies")
+    position: Triple = key("origin of the child's frame in the parent's frame", ORIGIN, unit="m", names=PARAMETERS)
+    rotation: Rotations | None = key("axes of the child in the parent, angles of fixed parameters", None, shown_default="`[]`")
+    orientation: Matrix | None = key("the same as a matrix, child axes to parent axes; either this or `rotation`", None)
+    axis: Triple | None = key(
+        "in the child's axes; any length", None, names=FIXED_PARAMETERS, shown_default="required for revolute and prismatic"
+    )
+    stiffness: Value | None = key(
+        "of a spring in the joint",
+        None,
+        unit={"revolute": "N m/rad", "prismatic": "N/m"},
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    damping: Value | None = key(
+        "of a damper in the joint",
+        None,
+        unit={"revolute": "N m s/rad", "prismatic": "N s/m"},
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    rest: Value | None = key(
+        "coordinate at which the spring is slack",
+        None,
+        unit={"revolute": "rad", "prismatic": "m"},
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    rotor_inertia: Value | None = key(
+        "added to this joint's diagonal of M (a motor behind a gear)",
+        None,
+        unit={"revolute": "kg m^2", "prismatic": "kg"},
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
 
 class Frame(Table):
-    body: str | None = None
-    point: str | None = None
-    position: Triple | None = None
-    rotation: Rotations | None = None
-    axis: Triple | None = None
-    x_axis: Triple | None = None
+    """A frame that a constraint holds: a point's name, or a table."""
+
+    body: str | None = key("where the frame is", None, refers="bodies", kind="body or `base`")
+    point: str | None = key("the same, by a point's name", None, refers="points")
+    position: Triple | None = key("in the body", None, unit="m", names=PARAMETERS, shown_default="`[0, 0, 0]`")
+    rotation: Rotations | None = key("the frame's axes, in place of `axis`", None)
+    axis: Triple | None = key("the frame's z axis, in the body's axes", None, names=FIXED_PARAMETERS)
+    x_axis: Triple | None = key("the frame's x axis is the part of it across `axis`", None, names=FIXED_PARAMETERS)
 
     @model_validator(mode="before")
     @classmethod
@@ -122,78 +210,118 @@ class Frame(Table):
 
 
 class Constraint(Table):
-    type: ConstraintType
-    first: Frame
-    second: Frame
-    drive: Value | None = None
-    length: Value | None = None
-    radius: Value | None = None
-    shape: Literal["disc", "sphere"] | None = None
+    """What closes a loop between two frames."""
+
+    type: ConstraintType = key("what it holds", kind="see below")
+    first: Frame = key("a frame in one body", kind="frame, below")
+    second: Frame = key("a frame in another, that can move against the first", kind="frame, below")
+    drive: Value | None = key(
+        "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
+        None,
+        unit={"revolute": "rad", "prismatic": "m", "cylindrical": "m"},
+        names=TIME,
+    )
+    length: Value | None = key("between the origins", None, unit="m", names=PARAMETERS, shown_default="required for `distance`")
+    radius: Value | None = key(
+        "of the disc or sphere", None, unit="m", names=PARAMETERS, shown_default="required for `rolling`"
+    )
+    shape: Literal["disc", "sphere"] | None = key("for `rolling`", None, shown_default="`disc`")
 
 
 class Point(Table):
-    body: str
-    position: Triple = (0.0, 0.0, 0.0)
+    """A point fixed in a body, in the base or in the world."""
+
+    body: str = key("what carries it", refers="bodies", kind="body, `base` or `world`")
+    position: Triple = key("in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
 
 
 class Spring(Table):
-    first: str
-    second: str
-    stiffness: Value = 0.0
-    damping: Value = 0.0
-    length: Value = 0.0
-    force: Value = 0.0
+    """A spring, damper or actuator along the line between two points."""
+
+    first: str = key("one end", refers="points")
+    second: str = key("the other end", refers="points")
+    stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
+    damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
+    length: Value = key("length at which the spring is slack", 0.0, unit="m", names=PARAMETERS)
+    force: Value = key("an actuator in parallel", 0.0, unit="N", names=SPRING_FORCE)
 
 
 class TorsionSpring(Table):
-    first: str
-    second: str = ""
-    stiffness: Value = 0.0
-    damping: Value = 0.0
-    rest: Value = 0.0
+    """A spring and damper between the angles of two revolute joints."""
+
+    first: str = key("one angle", refers="joints", kind="revolute joint")
+    second: str = key("the other angle", "", refers="joints", kind="revolute joint", shown_default='`""`, none')
+    stiffness: Value = key("effort by angle", 0.0, unit="N m/rad", names=PARAMETERS)
+    damping: Value = key("effort by rate", 0.0, unit="N m s/rad", names=PARAMETERS)
+    rest: Value = key("difference of the angles at which the spring is slack", 0.0, unit="rad", names=PARAMETERS)
 
 
 class Force(Table):
-    body: str
-    point: Triple = (0.0, 0.0, 0.0)
-    force: Triple = (0.0, 0.0, 0.0)
-    torque: Triple = (0.0, 0.0, 0.0)
-    axes: Literal["world", "body"] = "world"
+    """A force and a torque on a body."""
+
+    body: str = key("what they act on", refers="bodies", kind="body, not the base")
+    point: Triple = key("where the force acts, in the body's frame", ORIGIN, unit="m", names=PARAMETERS)
+    force: Triple = key("through the point", ORIGIN, unit="N", names=STATE)
+    torque: Triple = key("beside the force's own moment", ORIGIN, unit="N m", names=STATE)
+    axes: Literal["world", "body"] = key("axes of force and torque", "world")
 
 
 class Effort(Table):
-    joint: str
-    effort: Value
-    index: Annotated[int, Field(ge=0, le=5)] = 0
+    """A generalized force on one component of a joint."""
+
+    joint: str = key("what it drives", refers="joints")
+    effort: Value = key(
+        "positive drives the coordinate up",
+        unit={
+            "revolute": "N m",
+            "prismatic": "N",
+            "spherical": "N m",
+            "free": ("N m", "N m", "N m", "N", "N", "N"),
+        },
+        names=STATE,
+    )
+    index: Annotated[int, Field(ge=0, le=5)] = key(
+        "component of the joint's velocity; spherical joints have 3, free joints 6", 0
+    )
 
 
 class Output(Table):
-    position: str | None = None
-    velocity: str | None = None
-    acceleration: str | None = None
-    formula: Values | None = None
-    energy: str | None = None
-    unit: Unit = ""
-    description: Description = ""
+    """A named quantity that is recorded along a run."""
+
+    position: str | None = key("3 components in world axes", None, refers="points")
+    velocity: str | None = key("3 components in world axes", None, refers="points")
+    acceleration: str | None = key("3 components in world axes", None, refers="points")
+    formula: Values | None = key("one component or several", None, names=EVERYTHING)
+    energy: str | None = key(
+        "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
+    )
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
+    description: Description = key("title of the plot", "")
 
 
 class Simulation(Table):
-    method: str = "generalized_alpha"
-    step: Finite = 1e-3
-    duration: Finite = 10.0
-    rho_inf: Finite = 0.8
-    record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = 1
+    """What ``simulate`` does when it is not told otherwise."""
+
+    method: str = key("see below", "generalized_alpha", kind="name")
+    step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")
+    duration: Finite = key("of the run", 10.0, unit="s")
+    rho_inf: Finite = key("numerical damping of generalized-alpha at high frequencies; 1 has none", 0.8, kind="0 to 1")
+    record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
+        "steps between recorded rows", 1, kind="whole number from 1"
+    )
 
 
 class Document(Table):
     """A scene file of eomgen."""
 
-    format: Literal[1]
-    name: str
-    description: Description = ""
-    gravity: Triple = (0.0, 0.0, -9.81)
-    coordinates: Literal["joint", "absolute"] = "joint"
-    terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = ()  # type: ignore[valid-type]
+    format: Literal[1] = key("version of this format", kind="1")
+    name: str = key("name of the scene and prefix of its C functions", kind="name")
+    description: Description = key("one line for tables and plots", "")
+    gravity: Triple = key("in world axes", (0.0, 0.0, -9.81), unit="m/s^2", names=PARAMETERS)
+    coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](#absolute-coordinates)", "joint")
+    terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
+        "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
+    )
     parameters: dict[str, Parameter] = {}
     inputs: dict[str, Input] = {}
     base: Base | None = None

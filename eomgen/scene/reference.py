@@ -1,0 +1,138 @@
+"""The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.reference docs/scene.md`` renews them.
+
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of ``schema``; all else on the page is
+written by hand.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from eomgen.scene import schema
+from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Scope
+from eomgen.scene.schema_key import every_unit, meaning_of
+from eomgen.scene.schema_values import Finite, Matrix, Triple, Value, Values
+
+COMMAND = "python -m eomgen.scene.reference docs/scene.md"
+#: Titles of scopes on the page.
+SCOPES: dict[Scope, str] = {
+    FIXED_PARAMETERS: "of fixed parameters",
+    PARAMETERS: "of parameters",
+    TIME: "of time",
+    STATE: "of the state",
+    SPRING_FORCE: "of scope *spring force*",
+    EVERYTHING: "of everything",
+}
+_MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+_KINDS: tuple[tuple[Any, str], ...] = (
+    (Finite, "number"),
+    (Value, "value"),
+    (Triple, "3 values"),
+    (Values, "value or list of values"),
+    (Matrix, "3x3 numbers"),
+    (schema.Rotations, "list of `axis`, `angle`"),
+    (bool, "true or false"),
+    (int, "whole number"),
+    (str, "text"),
+    (schema.Unit, "text"),
+    (schema.Description, "text"),
+)
+_ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
+
+
+def tables() -> dict[str, type[BaseModel]]:
+    """Return every class of the schema by name."""
+    return {
+        value.__name__: value
+        for value in vars(schema).values()
+        if isinstance(value, type) and issubclass(value, schema.Table) and value is not schema.Table
+    }
+
+
+def table(model: type[BaseModel]) -> str:
+    """Return the Markdown table of a class of the schema: a row for each key that has a description."""
+    rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
+    hints = get_type_hints(model, include_extras=True)
+    for name, field in model.model_fields.items():
+        if field.description is not None:
+            key = field.alias or name
+            rows.append(f"| `{key}` | {_type(hints[name], field)} | {_default(field)} | {field.description} |")
+    return "\n".join(rows) + "\n"
+
+
+def renewed(page: str) -> str:
+    """Return the text of a page with its tables as the schema has them."""
+    known = tables()
+    return _MARKED.sub(lambda match: match[1] + table(known[match[2]]) + match[4], page)
+
+
+def described(page: str) -> list[str]:
+    """Return the names of the classes whose tables are on a page."""
+    return [match[2] for match in _MARKED.finditer(page)]
+
+
+def _type(annotation: Any, field: FieldInfo) -> str:
+    meaning = meaning_of(field)
+    kind = meaning.kind or (_entry(meaning.refers) if meaning.refers else _kind(annotation, field))
+    if meaning.kind:
+        return kind
+    scope = f" {SCOPES[meaning.names]}" if meaning.names is not None else ""
+    units = " or ".join(every_unit(meaning)).replace("^2", "²")
+    return f"{kind}{scope}{', ' if units else ''}{units}"
+
+
+def _kind(annotation: Any, field: FieldInfo) -> str:
+    limits = {name: getattr(entry, name) for entry in field.metadata for name in ("ge", "le") if hasattr(entry, name)}
+    if len(limits) == 2:
+        return f"{limits['ge']} to {limits['le']}"
+    if get_origin(annotation) in (Union, UnionType):
+        given = [part for part in get_args(annotation) if part is not type(None)]
+        if len(given) < len(get_args(annotation)):
+            annotation = Union[tuple(given)]  # noqa: UP007 - made of a list
+    for known, words in _KINDS:
+        if annotation == known:
+            return words
+    if get_origin(annotation) is Literal:
+        *most, last = (f"`{word}`" for word in get_args(annotation))
+        return f"{', '.join(most)} or {last}" if most else last
+    return "table, below"
+
+
+def _entry(section: str) -> str:
+    return _ENTRIES.get(section, section.removesuffix("s"))
+
+
+def _default(field: FieldInfo) -> str:
+    shown = meaning_of(field).shown_default
+    if shown or field.is_required():
+        return shown or "required"
+    if field.default is None:
+        return "none"
+    if isinstance(field.default, str):
+        return f"`{field.default}`" if field.default else '`""`'
+    if isinstance(field.default, tuple):
+        return f"`[{', '.join(f'{entry:g}' for entry in field.default)}]`"
+    return f"`{str(field.default).lower()}`" if isinstance(field.default, bool) else f"`{field.default:g}`"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Renew the pages that are given."""
+    if not arguments:
+        sys.stderr.write(f"usage: {COMMAND}\n")
+        return 2
+    for path in map(Path, arguments):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(renewed(text), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

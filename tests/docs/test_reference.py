@@ -1,0 +1,80 @@
+"""The tables of ``docs/scene.md`` are those of the schema, and every key says what it means."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.reference import COMMAND, described, renewed, table, tables
+from eomgen.scene.schema import SECTIONS, Document, Table
+from eomgen.scene.schema_key import every_unit, key, meaning_of
+from eomgen.scene.schema_values import Triple, Value
+
+PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
+
+
+def test_the_tables_on_the_page_are_those_of_the_schema() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert renewed(text) == text, f"docs/scene.md is not what the schema says; run: {COMMAND}"
+
+
+def test_every_table_of_the_schema_is_on_the_page_once() -> None:
+    on_page, known = described(PAGE.read_text(encoding="utf-8")), list(tables())
+    missing = sorted(set(known) - set(on_page))
+    assert not missing, f"docs/scene.md: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
+    assert sorted(on_page) == sorted(known)
+
+
+def test_every_key_says_what_it_means() -> None:
+    silent = [
+        f"{name}.{field_name}: key('...', ...) of schema_key"
+        for name, model in tables().items()
+        for field_name, field in model.model_fields.items()
+        if field.description is None and not (model is Document and field_name in (*SECTIONS, "base", "simulation"))
+    ]
+    assert silent == []
+
+
+def test_what_refers_to_a_section_refers_to_one() -> None:
+    found = {meaning_of(field).refers for model in tables().values() for field in model.model_fields.values()} - {""}
+    assert found <= set(SECTIONS) and {"bodies", "points", "joints"} <= found
+
+
+class Sample(Table):
+    """Made for the test."""
+
+    place: Triple = key("where it is", (0.0, 0.0, 1.5), unit="m", names=PARAMETERS)
+    strength: Value | None = key("how strong", None, unit={"one": "N/m", "two": ("N m/rad", "N/m")}, names=PARAMETERS)
+    count: int = key("how many", 3, ge=1, le=9)
+    kind: str = key("what it is", alias="class")
+
+
+def test_a_table() -> None:
+    assert table(Sample).splitlines()[2:] == [
+        "| `place` | 3 values of parameters, m | `[0, 0, 1.5]` | where it is |",
+        "| `strength` | value of parameters, N/m or N m/rad | none | how strong |",
+        "| `count` | 1 to 9 | `3` | how many |",
+        "| `class` | text | required | what it is |",
+    ]
+    assert every_unit(meaning_of(Sample.model_fields["strength"])) == ("N/m", "N m/rad")
+
+
+def test_the_command_renews_a_page(tmp_path: Path) -> None:
+    page = tmp_path / "scene.md"
+    shutil.copy(PAGE, page)
+    text = page.read_text(encoding="utf-8")
+    page.write_text(text.replace("| how the child moves against the parent |", "| older words |"), encoding="utf-8")
+    assert page.read_text(encoding="utf-8") != text
+    command = [sys.executable, *COMMAND.split()[1:-1], str(page)]
+    subprocess.run(command, check=True, timeout=60)
+    assert page.read_text(encoding="utf-8") == text
+
+
+def test_a_page_with_an_unknown_table_is_refused() -> None:
+    with pytest.raises(KeyError, match="Wheel"):
+        renewed("<!-- keys of Wheel -->\n<!-- end -->")
