@@ -115,6 +115,8 @@ class System:
         Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
     patterns : mapping from K, C, M, B, Z to (row, column) pairs
         Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
+    inner_owners : tuple of int
+        For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
     guards : tuple of Ref
         Functions whose sign changes are events; ``modes`` are integers held constant within a step.
     discontinuity_times : tuple of float
@@ -139,6 +141,7 @@ class System:
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    inner_owners: tuple[int, ...] = ()
     guards: tuple[Ref, ...] = ()
     modes: tuple[str, ...] = ()
     discontinuity_times: tuple[float, ...] = ()

@@ -16,8 +16,13 @@ from eomgen.errors import ModelError, Problem
 
 Array = NDArray[np.float64]
 
-#: A pivot is at least this part of the largest entry of its column, in every sample.
+#: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
+#: The same where an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of code.
+_REPEATED = 0.002
+#: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the iteration,
+#: whose residual knows nothing of it.
+_OF_ALL = 1e-6
 #: What is taken in the end rather than nothing.
 _LAST_THRESHOLDS = (1e-3, 1e-8)
 #: Rows and columns of lowest count among which a pivot is looked for before all are.
@@ -71,31 +76,44 @@ def eliminate(
     ModelError
         When some sample is singular.
     """
-    everything = [(range(size), range(size))]
     state = _Active(size, samples)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
     right: list[list[int]] = []
     operations = 0
-    active_rows: set[int] = set()
-    active_columns: set[int] = set()
-    plan = list(stages) if stages is not None else everything
+    plan = list(stages) if stages is not None else [(range(size), range(size))]
+
+    def take(row: int, column: int) -> None:
+        nonlocal operations
+        rows.append(row)
+        columns.append(column)
+        state.rows_of_stage.discard(row)
+        state.columns_of_stage.discard(column)
+        below, beside = state.eliminate(row, column)
+        operations += len(below) * len(beside)
+        for other in below:
+            left[other].append(len(rows) - 1)
+        right.append(beside)
+
+    orders: dict[object, list[tuple[int, int]]] = {}
     for number, (new_rows, new_columns) in enumerate(plan):
-        active_rows |= set(new_rows)
-        active_columns |= set(new_columns)
+        delayed = bool(state.columns_of_stage)
+        state.rows_of_stage |= set(new_rows)
+        state.columns_of_stage |= set(new_columns)
+        structure = None if delayed else state.structure(new_rows, new_columns)
+        for i, j in orders.get(structure, ()):
+            if not state.serves(new_rows[i], new_columns[j], _REPEATED):
+                break
+            take(new_rows[i], new_columns[j])
+        first = len(rows)
         thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
-        while active_columns and (found := state.pivot(active_rows, active_columns, thresholds)) is not None:
-            row, column = found
-            rows.append(row)
-            columns.append(column)
-            active_rows.discard(row)
-            active_columns.discard(column)
-            below, beside = state.eliminate(row, column)
-            operations += len(below) * len(beside)
-            for other in below:
-                left[other].append(len(rows) - 1)
-            right.append(beside)
+        while state.columns_of_stage and (found := state.pivot(thresholds)) is not None:
+            take(*found)
+        if structure is not None and structure not in orders and not state.columns_of_stage:
+            row_at = {row: k for k, row in enumerate(new_rows)}
+            column_at = {column: k for k, column in enumerate(new_columns)}
+            orders[structure] = [(row_at[rows[k]], column_at[columns[k]]) for k in range(first, len(rows))]
     if len(rows) < size:
         raise ModelError(
             Problem(
@@ -119,9 +137,18 @@ class _Active:
         for (row, column), values in _equilibrated(size, samples).items():
             self.rows[row][column] = values
             self.columns[column].add(row)
+        self.rows_of_stage: set[int] = set()
+        self.columns_of_stage: set[int] = set()
 
-    def pivot(self, rows: set[int], columns: set[int], thresholds: Sequence[float]) -> tuple[int, int] | None:
-        """Return the best pivot in some rows and columns, None where none is large enough in its column."""
+    def structure(self, rows: Sequence[int], columns: Sequence[int]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+        """Return where a stage has nonzeros, by its own numbering of rows and columns."""
+        number = {column: k for k, column in enumerate(columns)}
+        places = [(i, number[column]) for i, row in enumerate(rows) for column in self.rows[row] if column in number]
+        return len(rows), len(columns), tuple(sorted(places))
+
+    def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
+        """Return the best pivot in the stage, None where none is large enough in its column."""
+        rows, columns = self.rows_of_stage, self.columns_of_stage
         best: tuple[float, float, int, int] | None = None
         for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
             for column in self.rows[row]:
@@ -140,17 +167,28 @@ class _Active:
                         best = self._better(best, row, column, threshold)
         return None if best is None else (best[2], best[3])
 
+    def serves(self, row: int, column: int, threshold: float) -> bool:
+        """Return whether an entry is large enough in its column, in every sample."""
+        return column in self.rows[row] and self._size(row, column, threshold) > 0.0
+
+    def _size(self, row: int, column: int, threshold: float) -> float:
+        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 where it is no pivot."""
+        near, all_rows = self.rows_of_stage, self.columns[column]
+        own = np.abs(self.rows[row][column])
+        largest = np.max([np.abs(self.rows[other][column]) for other in all_rows if other in near], axis=0)
+        if not (np.all(own > 1e-13) and np.all(own >= threshold * largest)):
+            return 0.0
+        if len(all_rows) > 1 and not np.all(own >= _OF_ALL * np.max([np.abs(self.rows[k][column]) for k in all_rows], axis=0)):
+            return 0.0
+        return float(np.min(own / largest))
+
     def _better(
         self, best: tuple[float, float, int, int] | None, row: int, column: int, threshold: float
     ) -> tuple[float, float, int, int] | None:
         cost = float((len(self.rows[row]) - 1) * (len(self.columns[column]) - 1))
-        if best is not None and cost > best[0]:
+        if (best is not None and cost > best[0]) or not (size := self._size(row, column, threshold)):
             return best
-        largest = np.max([np.abs(self.rows[other][column]) for other in self.columns[column]], axis=0)
-        own = np.abs(self.rows[row][column])
-        if not (np.all(own > 1e-13) and np.all(own >= threshold * largest)):
-            return best
-        candidate = (cost, -float(np.min(own / largest)), row, column)
+        candidate = (cost, -size, row, column)
         return candidate if best is None or candidate < best else best
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:

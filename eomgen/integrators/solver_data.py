@@ -19,7 +19,7 @@ from eomgen.integrators.iteration_matrix import (
     tangent_numbers,
 )
 from eomgen.integrators.samples import Samples
-from eomgen.integrators.stages import stages
+from eomgen.integrators.stages import stages, stages_of_tree
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 
@@ -60,7 +60,8 @@ class Solver:
 
 
 def make_solver(
-    unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float
+    unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float,
+    owners: Sequence[int] = (),
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``).
 
@@ -74,7 +75,7 @@ def make_solver(
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
-    order = None if unknowns.inner else stages(unknowns, factors, samples.packing)
+    order = stages_of_tree(unknowns, factors, owners) if unknowns.inner else stages(unknowns, factors, samples.packing)
     elimination = eliminate(unknowns.matrix_size, values, order)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner

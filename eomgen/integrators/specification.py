@@ -50,6 +50,8 @@ class SystemLike(Protocol):
     def holonomic(self) -> int: ...
     @property
     def patterns(self) -> Any: ...
+    @property
+    def inner_owners(self) -> Any: ...
 
 
 def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples: Samples | None = None) -> dict[str, Any]:
@@ -88,10 +90,10 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "lie": _lie_data(system.factors, implicit),
     }
     if isinstance(method, GeneralizedAlpha):
-        inner = 1 + max((column for _, column in system.patterns.get("X", ())), default=-1)
-        unknowns = Unknowns(_nv(system), len(system.multipliers), system.holonomic, method.form == STABILISED, inner)
+        nl, owners = len(system.multipliers), system.inner_owners
+        unknowns = Unknowns(_nv(system), nl, system.holonomic, method.form == STABILISED, len(owners))
         known = samples if samples is not None else samples_of(system)
-        solver = make_solver(unknowns, system.factors, known, _weights(method, step), step)
+        solver = make_solver(unknowns, system.factors, known, _weights(method, step), step, owners)
         data |= {
             "title": f"generalized-alpha on Lie groups{_form_text(method, unknowns)}",
             "form": method.form,

@@ -16,6 +16,23 @@ from eomgen.lie.product import FactorLike
 Stage = tuple[list[int], list[int]]
 
 
+def stages_of_tree(unknowns: Unknowns, factors: Sequence[FactorLike], owners: Sequence[int]) -> list[Stage]:
+    """Return the stages of a long tree: link after link, tips first, each with what the recursion keeps of it.
+
+    Parameters
+    ----------
+    owners : for each inner unknown, the first velocity component of its link
+    """
+    inner: dict[int, list[int]] = {}
+    for number, owner in enumerate(owners):
+        inner.setdefault(owner, []).append(unknowns.size + number)
+    result: list[Stage] = []
+    for factor in reversed(factors):
+        own = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]
+        result.append((own, own))
+    return result
+
+
 def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> list[Stage]:
     """Return rows and columns of the iteration matrix, stage by stage."""
     body_of = _bodies(unknowns.v, [*_of_one_body(factors), *packing.places["M"]])

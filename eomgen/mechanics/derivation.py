@@ -62,6 +62,7 @@ class Derivation:
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
         self._energies: dict[str, Scalar] | None = None
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
+        self.inner_owners: tuple[int, ...] = ()
         self.composites = separated.composites(self.grouped)
 
     def _constraint_calculus(self, moving_base: bool) -> ConstraintCalculus | None:
@@ -228,7 +229,8 @@ class Derivation:
     def _extended_iteration(self) -> list[Block]:
         residual = self._inverse()
         with self.tape.block("partials of each step of the recursion"):
-            found = extended_partials(self.grouped, self.kinematics, self.motion, self.loads.wrenches, residual)
+            loads = self.loads.wrenches
+            found, self.inner_owners = extended_partials(self.grouped, self.kinematics, self.motion, loads, residual)
         blocks = []
         for name, entries in found.items():
             places, refs = pattern(entries)

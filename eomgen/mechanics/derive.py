@@ -133,7 +133,8 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v,
         multipliers=(*rows.names, *rows.velocity_names) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
-        patterns=dict(derivation.patterns), dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
+        patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
+        dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
         notes=scene.notes,
         description=scene.description, defaults=dict(vars(scene.simulation)),
     )  # fmt: skip

@@ -23,8 +23,8 @@ Entries = dict[tuple[int, int], Ref]
 
 def extended_partials(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar]
-) -> dict[str, Entries]:
-    """Return the nonzeros of K, C, M and X by (row, column).
+) -> tuple[dict[str, Entries], tuple[int, ...]]:
+    """Return the nonzeros of K, C, M and X by (row, column), and for each unknown s the first velocity component of its link.
 
     Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
     velocity components; of X: the unknowns s.
@@ -33,8 +33,10 @@ def extended_partials(
     seeds = configuration_directions(tree)
     for k in range(nv):
         seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
-    cuts = [scalar.ref for scalar in _passed_on(tree, kinematics, base, loads)]
-    rows, definitions = cut_partials(tape, [value.ref for value in residual], seeds, cuts, 3 * nv)
+    owners: dict[int, int] = {}
+    for link, scalar in _passed_on(tree, kinematics, base, loads):
+        owners.setdefault(abs(scalar.ref), tree.links[link].factor.v_start)
+    rows, definitions, used = cut_partials(tape, [value.ref for value in residual], seeds, owners, 3 * nv)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
     for row, tangent in enumerate([*rows, *definitions]):
         for direction, ref in tangent.items():
@@ -44,26 +46,27 @@ def extended_partials(
     for number in range(len(definitions)):
         row = nv + number
         entries["X"][row, number] = tape.sub(entries["X"].get((row, number), tape.constant(0.0)), ONE)
-    return entries
+    return entries, tuple(owners[node] for node in used)
 
 
 def _passed_on(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None]
-) -> Iterable[Scalar]:
+) -> Iterable[tuple[int, Scalar]]:
+    """Yield what the recursion passes on, with the number of the link that it belongs to."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     inertial = field_wrenches(tree, fields)
     net = [load if applied is None else difference(load, applied) for load, applied in zip(inertial, loads, strict=True)]
-    for omega in angular_velocities(tree, base.omega):
-        yield from omega
-    for field in fields:
-        yield from (*field.alpha, *field.origin)
-    for moment, force in carried_loads(tree, net, "inverse dynamics"):
-        yield from (*moment, *force)
+    for index, omega in enumerate(angular_velocities(tree, base.omega)):
+        yield from ((index, entry) for entry in omega)
+    for index, field in enumerate(fields):
+        yield from ((index, entry) for entry in (*field.alpha, *field.origin))
+    for index, (moment, force) in enumerate(carried_loads(tree, net, "inverse dynamics")):
+        yield from ((index, entry) for entry in (*moment, *force))
     if any(load is not None for load in loads):
         for index in range(len(tree.links)):
             R, p = kinematics.pose(index)
             omega, velocity = kinematics.twist(index)
-            yield from (*R[0], *R[1], *R[2], *p, *omega, *velocity)
+            yield from ((index, entry) for entry in (*R[0], *R[1], *R[2], *p, *omega, *velocity))
 
 
 def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:

@@ -15,7 +15,7 @@ from eomgen.symbolic.tape import LEAVES, ONE, Op, Ref, Tape
 
 def cut_partials(
     tape: Tape, outputs: Sequence[Ref], seeds: Seeds, cuts: Iterable[Ref], first: int
-) -> tuple[list[Tangent], list[Tangent]]:
+) -> tuple[list[Tangent], list[Tangent], list[int]]:
     """Differentiate outputs with some nodes held as unknowns, and the definitions of those nodes.
 
     Parameters
@@ -25,7 +25,7 @@ def cut_partials(
 
     Returns
     -------
-    tangents of the outputs, and of the definitions of the used cuts
+    tangents of the outputs, and of the definitions of the used cuts, and these cuts' nodes
 
     Notes
     -----
@@ -36,6 +36,7 @@ def cut_partials(
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
     definitions: list[Tangent] = []
+    used: list[int] = []
     for node in tape.live(outputs):
         if node in seeded:
             tangents[node] = seeded[node]
@@ -47,6 +48,7 @@ def cut_partials(
         if tangent and node in wanted:
             tangents[node] = {first + len(definitions): ONE}
             definitions.append(tangent)
+            used.append(node)
         elif tangent:
             tangents[node] = tangent
-    return [signed_tangent(tangents, ref) for ref in outputs], definitions
+    return [signed_tangent(tangents, ref) for ref in outputs], definitions, used

@@ -46,6 +46,7 @@ class Model:
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    inner_owners: tuple[int, ...] = ()
 
     @property
     def facts(self) -> Facts:

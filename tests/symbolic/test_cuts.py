@@ -34,8 +34,9 @@ def test_eliminating_the_cuts_gives_the_ordinary_partials(n: int, rng: np.random
     tape = Tape()
     outputs, states = recursion(tape, n)
     seeds = {InputSymbol("x", k): {k: ONE} for k in range(n)}
-    rows, definitions = cut_partials(tape, outputs, seeds, [*states, ONE, tape.input("x", 0)], n)
+    rows, definitions, nodes = cut_partials(tape, outputs, seeds, [*states, ONE, tape.input("x", 0)], n)
     used = len(definitions)
+    assert nodes == sorted(abs(ref) for ref in states)[: len(nodes)]
     values = rng.normal(size=n)
     A = whole(tape, rows, n + used, values)
     G = whole(tape, definitions, n + used, values)
@@ -49,7 +50,7 @@ def test_the_extended_system_grows_linearly_where_the_partials_grow_quadraticall
         tape = Tape()
         outputs, states = recursion(tape, n)
         seeds = {InputSymbol("x", k): {k: ONE} for k in range(n)}
-        rows, definitions = cut_partials(tape, outputs, seeds, states, n)
+        rows, definitions, _ = cut_partials(tape, outputs, seeds, states, n)
         return sum(map(len, [*rows, *definitions])), sum(map(len, forward_partials(tape, outputs, seeds)))
 
     extended, ordinary = zip(*(nonzeros(n) for n in (10, 20, 40)), strict=True)
