@@ -14,13 +14,14 @@ from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
 from eomgen.mechanics.extended import extended_partials, pattern
-from eomgen.mechanics.forces import Loads, applied_loads
+from eomgen.mechanics.forces import applied_loads
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
 from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities

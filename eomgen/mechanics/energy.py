@@ -12,8 +12,8 @@ from functools import cache
 import sympy
 
 from eomgen.mechanics.base import BaseState
-from eomgen.mechanics.forces import Loads
 from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.rigid_body import Inertia
 from eomgen.mechanics.terms import carry, field_wrenches

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.specification import default_settings
+from eomgen.runtime.damping import unresolved_damping
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
@@ -126,6 +127,9 @@ def simulate(
     success = run.status == 0 and not run.interrupted and run.failure is None
     if success and (doubt := doubts(statistics, t, energy, step)):
         message = f"{message}; {doubt}"
+    u = None if table is None else table[0]
+    if name == "rk4" and (fault := unresolved_damping(model, state.q, state.v, start, u, p, step)):
+        message = f"{message}; {fault}"
     return Solution(
         t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,

@@ -14,6 +14,7 @@ from eomgen.scene.constraints import check_closings, read_constraint
 from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
+from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
@@ -132,6 +133,8 @@ class _Assembler:
         )
         if complete:
             check_closings(constraints, [joints[link.name] for link in order], self.report)
+        if document.coordinates == "absolute":
+            check_within_half_a_turn(joints.values(), values, self.report)
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation

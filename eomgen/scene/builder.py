@@ -114,9 +114,15 @@ class SceneBuilder:
         damping: Value | None = None,
         rest: Value | None = None,
         rotor_inertia: Value | None = None,
+        limits: Mapping[str, Value] | None = None,
+        friction: Mapping[str, Value] | None = None,
         initial: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Add a joint of type fixed, revolute, prismatic, spherical or free; placement in the parent's frame."""
+        """Add a joint of type fixed, revolute, prismatic, spherical or free; placement in the parent's frame.
+
+        ``limits`` are compliant stops, with the keys lower, upper, stiffness and where wanted damping and onset; ``friction``
+        is dry friction with coulomb, velocity and where wanted static and stribeck.
+        """
         return self._enter(
             "joints",
             name,
@@ -131,6 +137,8 @@ class SceneBuilder:
             damping=damping,
             rest=rest,
             rotor_inertia=rotor_inertia,
+            limits=limits,
+            friction=friction,
             initial=initial,
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from eomgen.scene import schema as written
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
+from eomgen.scene.joint_limits import read_friction, read_stops
 from eomgen.scene.names import key_of
 from eomgen.scene.rotation import is_rotation, quaternion_of, rows, sequence, snapped
 from eomgen.scene.scene import Joint
@@ -53,6 +54,8 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         orientation=_orientation(key, joint, values),
         initial_position=_initial_position(key, joint, values),
         initial_velocity=_initial_velocity(key, joint, values),
+        stops=read_stops(key, joint, values),
+        friction=read_friction(key, joint, values),
         **extras,
     )
 

@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 
 from eomgen.scene import schema
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Scope
-from eomgen.scene.schema_key import every_unit, meaning_of
+from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_values import Finite, Matrix, Triple, Value, Values
 
 COMMAND = "python -m eomgen.scene.reference docs/scene.md"
@@ -53,7 +53,7 @@ def tables() -> dict[str, type[BaseModel]]:
     return {
         value.__name__: value
         for value in vars(schema).values()
-        if isinstance(value, type) and issubclass(value, schema.Table) and value is not schema.Table
+        if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }
 
 

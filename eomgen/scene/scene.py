@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from eomgen.scene.constraint import Constraint
+from eomgen.scene.force_elements import Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
@@ -115,6 +116,7 @@ class Joint:
     orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
     stiffness, damping : formulas of parameters; effort -stiffness (q - rest) - damping v. On R^1 joints only.
     rotor_inertia : formula of parameters, added to the joint's diagonal of M.
+    stops, friction : at most one each per coordinate. On joints of real coordinates only.
     initial_position : neutral-relative q: 1 number; spherical: quaternion (4); free: quaternion and position (7); fixed: ().
     initial_velocity : 1, 3, 6 or 0 numbers; angular first, body axes.
     """
@@ -132,6 +134,8 @@ class Joint:
     rotor_inertia: Formula = ZERO
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    friction: tuple[Friction, ...] = ()
 
 
 @dataclass(frozen=True)

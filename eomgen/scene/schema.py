@@ -9,12 +9,13 @@ import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS
-from eomgen.scene.schema_key import key
+from eomgen.scene.schema_forces import Friction, Limits
+from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
 
 Description = Annotated[str, Field(max_length=10_000)]
@@ -33,12 +34,6 @@ SECTIONS = (
     "efforts",
     "outputs",
 )
-
-
-class Table(BaseModel):
-    """A table with known keys only."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 class Parameter(Table):
@@ -190,6 +185,8 @@ class Joint(Table):
         names=PARAMETERS,
         shown_default="`0`",
     )
+    limits: Limits | None = key("compliant stops", None, kind="table, below")
+    friction: Friction | None = key("dry friction", None, kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
 
@@ -311,7 +308,7 @@ class Simulation(Table):
     )
 
 
-class Document(Table):
+class Document(Table, BaseModel):  # the linter knows the children of BaseModel only where it is named
     """A scene file of eomgen."""
 
     format: Literal[1] = key("version of this format", kind="1")

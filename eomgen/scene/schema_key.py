@@ -9,13 +9,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
 from eomgen.scene.formula_scope import Scope
 
 #: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
 Units = str | tuple[str, ...]
+
+
+class Table(BaseModel):
+    """A table with known keys only."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
 @dataclass(frozen=True)

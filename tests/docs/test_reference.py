@@ -11,8 +11,8 @@ import pytest
 
 from eomgen.scene.formula_scope import PARAMETERS
 from eomgen.scene.reference import COMMAND, described, renewed, table, tables
-from eomgen.scene.schema import SECTIONS, Document, Table
-from eomgen.scene.schema_key import every_unit, key, meaning_of
+from eomgen.scene.schema import SECTIONS, Document
+from eomgen.scene.schema_key import Table, every_unit, key, meaning_of
 from eomgen.scene.schema_values import Triple, Value
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"

@@ -1,0 +1,54 @@
+"""A spring and damper that act in penetration only: smooth at the onset, exactly linear beyond it, and never pulling.
+
+With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'), where s rises from 0
+to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives where contact begins and
+where the onset ends, so methods of order 2 keep their order; only where the damper would pull is there a kink.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import sympy
+
+from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Op
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A force against a penetration, and the part of it that is the derivative of a potential."""
+
+    force: Scalar
+    elastic: Scalar
+    potential: Scalar
+
+
+@cache
+def onset_kernel() -> Kernel:
+    """Derive the rise s(u) and the potential of the spring k d s(d / w) up to the share u = d / w of the onset, over k w^2."""
+    u, x = sympy.symbols("u x")
+    a, b, c, d = sympy.symbols("a b c d")
+    cubic = a + b * u + c * u**2 + d * u**3
+    ends = [cubic.subs(u, 0), cubic.diff(u).subs(u, 0), cubic.subs(u, 1) - 1, cubic.diff(u).subs(u, 1)]
+    rise = sympy.factor(cubic.subs(sympy.solve(ends, (a, b, c, d))))
+    potential = sympy.factor(sympy.integrate(x * rise.subs(u, x), (x, 0, u)))
+    return Kernel((rise, potential))
+
+
+def contact(
+    algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
+) -> Contact:
+    """Record the force that acts against a penetration (negative where there is none) and its rate."""
+    depth = algebra.call(Op.MAX, penetration, algebra.zero)
+    within = algebra.call(Op.MIN, depth, onset)
+    rise, stored = onset_kernel().instantiate(algebra, {"u": within / onset})
+    linear = stiffness * depth
+    elastic = rise * linear
+    potential = stiffness * (onset * onset * stored + 0.5 * (depth * depth - within * within))
+    if damping.is_zero:
+        return Contact(elastic, elastic, potential)
+    force = rise * algebra.call(Op.MAX, linear + damping * rate, algebra.zero)
+    return Contact(force, elastic, potential)

@@ -1,0 +1,35 @@
+"""Whether the steps of an explicit method can resolve the damping and friction of a scene.
+
+Rates of decay are eigenvalues of M^-1 C; regularised friction is steepest at rest, so they are looked at there too.
+Runge and Kutta's method bears 2.785 on the real axis: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.2.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+_REAL_AXIS = 2.785
+
+
+def unresolved_damping(model: Model, q: Array, v: Array, t: float, u: Array | None, p: Array, step: float) -> str:
+    """Return what is wrong with a step of Runge and Kutta's method, and what to try; empty when nothing is known to be."""
+    if "partials" not in model.functions:
+        return ""
+    fastest = 0.0
+    for rate in (v, np.zeros_like(v)):
+        _, C, M = model.partials(q, rate, np.zeros_like(v), t, u, parameters=p)
+        if np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M):
+            fastest = max(fastest, float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max(initial=0.0)))
+    if step * fastest <= _REAL_AXIS:
+        return ""
+    return (
+        f"damping or friction decays at up to {fastest:.3g} 1/s at the start, too fast for an explicit method at this step; "
+        f"try: generalized_alpha, or a step below {_REAL_AXIS / fastest:.2g} s"
+    )

@@ -1,0 +1,40 @@
+"""Force elements beyond springs along a line: stops and dry friction of joint coordinates.
+
+All values are formulas of parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.scene.formula_nodes import Formula
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Compliant stops of one coordinate of a joint, at either end or both (None where there is none).
+
+    Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range; s rises
+    from 0 to 1 over the onset.
+    """
+
+    index: int
+    lower: Formula | None
+    upper: Formula | None
+    stiffness: Formula
+    damping: Formula
+    onset: Formula
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction of one coordinate of a joint, regularised: effort -level(v) tanh(v / velocity).
+
+    The level is ``coulomb``, or where ``static`` is given coulomb + (static - coulomb) exp(-(v / stribeck)^2).
+    """
+
+    index: int
+    coulomb: Formula
+    velocity: Formula
+    static: Formula | None = None
+    stribeck: Formula | None = None

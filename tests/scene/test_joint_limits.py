@@ -1,0 +1,141 @@
+"""Stops and dry friction of joints: what is read, what it defaults to, and every message."""
+
+from __future__ import annotations
+
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.formula_nodes import Number, Symbol
+from eomgen.scene.reader import load_toml
+from eomgen.scene.scene import Scene
+
+ARM = """\
+format = 1
+name = "arm"
+[parameters]
+hard = { value = 1e4, tunable = true }
+[bodies.link]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[bodies.slider]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[bodies.ball]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+[joints.rail]
+type = "prismatic"
+parent = "link"
+child = "slider"
+axis = [1, 0, 0]
+[joints.ball]
+type = "spherical"
+parent = "slider"
+child = "ball"
+"""
+
+
+def read(joint: str, **keys: str) -> Scene:
+    text = ARM
+    for key, value in keys.items():
+        head = f"[joints.{joint}]\n"
+        text = text.replace(head, f"{head}{key} = {value}\n")
+    return load_toml(text, file="arm.toml")
+
+
+def problem(joint: str, **keys: str) -> str:
+    with pytest.raises(DescriptionError) as caught:
+        read(joint, **keys)
+    assert len(caught.value.problems) == 1, str(caught.value)
+    return str(caught.value.problems[0])
+
+
+def test_what_is_read_and_its_defaults() -> None:
+    scene = read("hinge", limits='{ lower = -1, stiffness = "hard" }', friction="{ coulomb = 2, velocity = 0.01 }")
+    hinge, rail, _ = scene.joints
+    (stop,), (friction,) = hinge.stops, hinge.friction
+    assert (stop.index, stop.lower, stop.upper, stop.damping) == (0, Number(-1), None, Number(0.0))
+    assert stop.stiffness == Symbol("parameter", "hard") and stop.onset == Number(1e-3)
+    assert (friction.coulomb, friction.velocity, friction.static, friction.stribeck) == (Number(2), Number(0.01), None, None)
+    assert rail.stops == rail.friction == ()
+    (stop,) = read("rail", limits="{ upper = 0.5, stiffness = 1e5, damping = 10 }").joints[1].stops
+    assert (stop.lower, stop.upper, stop.damping, stop.onset) == (None, Number(0.5), Number(10), Number(1e-4))
+
+
+def test_the_builder_gives_the_same() -> None:
+    builder = SceneBuilder("arm").body("link", 1.0, inertia=[0.1, 0.1, 0.1])
+    limits = {"lower": -1.0, "upper": 2.0, "stiffness": 1e3, "damping": 5.0, "onset": 0.01}
+    friction = {"coulomb": 1.0, "velocity": 1e-3, "static": 1.5, "stribeck": 0.05}
+    (made,) = builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0], limits=limits, friction=friction).build().joints
+    keys = [f"limits = {{ {', '.join(f'{k} = {v}' for k, v in limits.items())} }}"]
+    keys.append(f"friction = {{ {', '.join(f'{k} = {v}' for k, v in friction.items())} }}")
+    text = '\n'.join(["[joints.hinge]", 'type = "revolute"', 'parent = "base"', 'child = "link"', "axis = [0, 1, 0]", *keys])
+    body = '[bodies.link]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n'
+    (read_in,) = load_toml(f'format = 1\nname = "arm"\n{body}{text}\n').joints
+    assert made.stops == read_in.stops and made.friction == read_in.friction
+
+
+@pytest.mark.parametrize(
+    ("joint", "key", "value", "message"),
+    [
+        ("ball", "limits", "{ lower = 0, stiffness = 1 }",
+         "joints.ball.limits): a spherical joint has no limits; try: a bushing, an effort or a force"),
+        ("ball", "friction", "{ coulomb = 1, velocity = 1 }",
+         "joints.ball.friction): a spherical joint has no friction; try: a bushing, an effort or a force"),
+        ("hinge", "limits", "{ stiffness = 1 }",
+         "joints.hinge.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0"),
+        ("hinge", "limits", "{ lower = 1, upper = -1, stiffness = 1 }",
+         "joints.hinge.limits): the lower limit 1 rad is not below the upper one, -1 rad; try: lower below upper"),
+        ("rail", "limits", "{ lower = 0.2, upper = 0.2, stiffness = 1 }",
+         "joints.rail.limits): the lower limit 0.2 m is not below the upper one, 0.2 m; try: lower below upper"),
+        ("hinge", "limits", "{ lower = -1 }",
+         "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = ..."),
+        ("hinge", "limits", "{ lower = -1, stiffness = 0 }",
+         "joints.hinge.limits.stiffness): the stiffness of a stop is 0; try: a number above 0"),
+        ("hinge", "limits", '{ lower = -1, stiffness = "-hard" }',
+         "joints.hinge.limits.stiffness): the stiffness of a stop is -10000; try: a number above 0"),
+        ("hinge", "limits", "{ lower = -1, stiffness = 1, damping = -2 }",
+         "joints.hinge.limits.damping): the damping of a stop is -2; try: 0 or more"),
+        ("hinge", "limits", "{ lower = -1, stiffness = 1, onset = 0 }",
+         "joints.hinge.limits.onset): the onset of a stop is 0; try: a number above 0"),
+        ("hinge", "limits", '{ lower = "-t", stiffness = 1 }',
+         "joints.hinge.limits.lower): time t cannot be used here (column 2); try: parameters only"),
+        ("hinge", "limits", "[-1, 1]", "joints.hinge.limits): a table is needed here, not a list"),
+        ("hinge", "limits", "{ low = -1, stiffness = 1 }",
+         "joints.hinge.limits.low): the key 'low' is unknown here; try: lower"),
+        ("hinge", "friction", "{ coulomb = 1 }",
+         "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = ..."),
+        ("hinge", "friction", "{ coulomb = -1, velocity = 1 }",
+         "joints.hinge.friction.coulomb): the Coulomb friction is -1; try: 0 or more"),
+        ("hinge", "friction", "{ coulomb = 1, velocity = 0 }",
+         "joints.hinge.friction.velocity): the regularisation velocity is 0; try: a number above 0"),
+        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 2 }",
+         "joints.hinge.friction): static needs stribeck beside it; try: stribeck = 0.05"),
+        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, stribeck = 0.1 }",
+         "joints.hinge.friction): stribeck needs static beside it; try: static = the effort that breaks it loose"),
+        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 0.5, stribeck = 0.1 }",
+         "joints.hinge.friction.static): the static friction 0.5 is below the Coulomb friction 1; try: static above coulomb"),
+        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 2, stribeck = 0.01 }",
+         "joints.hinge.friction.stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity 0.01; "
+         "try: velocity = stribeck / 10"),
+    ],
+)  # fmt: skip
+def test_messages(joint: str, key: str, value: str, message: str) -> None:
+    assert problem(joint, **{key: value}).partition(" (")[2] == message
+
+
+def test_absolute_coordinates_see_half_a_turn_only() -> None:
+    text = ARM.replace('name = "arm"\n', 'name = "arm"\ncoordinates = "absolute"\n')
+    text = text.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = -3.2, upper = 3.1, stiffness = 1 }\n")
+    with pytest.raises(DescriptionError) as caught:
+        load_toml(text, file="arm.toml")
+    assert str(caught.value.problems[0]).partition(" (")[2] == (
+        "joints.hinge.limits.lower): absolute coordinates measure angles within half a turn, and -3.2 rad is beyond; "
+        "try: a limit between -pi and pi, or joint coordinates"
+    )
