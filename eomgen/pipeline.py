@@ -16,6 +16,7 @@ from eomgen.scene.scene import TERMS, Scene
 if TYPE_CHECKING:
     from eomgen.build.library import Library
     from eomgen.codegen.program import Program
+    from eomgen.integrators.methods import Method
     from eomgen.runtime.model import Model
     from eomgen.system import System
 
@@ -189,13 +190,33 @@ def _method_name(scene: Scene, method: str | None) -> str:
         raise DescriptionError([Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]) from None
 
 
+def _method(scene: Scene, method: str | None) -> Method:
+    """Return a method with the scene's parameters, as far as it can bear them: those of the run are settings of the stepper.
+
+    Raises DescriptionError when the scene's own method cannot.
+    """
+    from eomgen.runtime.methods import method_named, method_parameters  # noqa: PLC0415
+
+    name = _method_name(scene, method)
+    try:
+        return method_named(name, **method_parameters(name, {}, vars(scene.simulation)))
+    except UsageError as error:
+        if name != _method_name(scene, None):
+            return method_named(name)
+        problems = []
+        for p in error.problems:
+            key = p.where.replace("method.", "simulation.")
+            key = key if key in scene.source else "simulation.method"
+            problems.append(Problem(f"{scene.source.get(key, scene.name)} ({key})", p.what, p.hint))
+        raise DescriptionError(problems) from None
+
+
 def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
     """Return the Program, and why it has no stepper where it has none."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.specification import method_data  # noqa: PLC0415
-    from eomgen.runtime.methods import method_named  # noqa: PLC0415
 
-    chosen = method_named(_method_name(scene, method), scene.simulation.rho_inf)
+    chosen = _method(scene, method)
     system = derive(scene, terms)
     try:
         data, refusal = method_data(chosen, system, scene.simulation.step), ""

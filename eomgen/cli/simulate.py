@@ -26,8 +26,11 @@ _INTERRUPTED = 130
 @folder_option
 @click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default.")
 @click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default.")
-@click.option("--method", default=None, help="generalized_alpha, rk4, rk4_partitioned ...; the scene's by default.")
+@click.option("--method", default=None, help="generalized_alpha, hht, rk4, rk4_partitioned ...; the scene's by default.")
 @click.option("--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.")
+@click.option("--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1).")
+@click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default.")
+@click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1.")
 @click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows.")
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
@@ -45,6 +48,9 @@ def simulate(
     step: float | None,
     method: str | None,
     rho_inf: float | None,
+    alpha: float | None,
+    beta: float | None,
+    gamma: float | None,
     record_every: int | None,
     parameters: tuple[str, ...],
     inputs: tuple[str, ...],
@@ -69,6 +75,9 @@ def simulate(
             step,
             method=method,
             rho_inf=rho_inf,
+            alpha=alpha,
+            beta=beta,
+            gamma=gamma,
             parameters=chosen,
             inputs=constants,
             record_every=record_every,
@@ -134,8 +143,8 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
-    if "rho_inf" in settings:
-        method += f", rho_inf {settings['rho_inf']:.3g}"
+    own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma") if key in settings]
+    method += "".join(f", {key} {settings[key]:.4g}" for key in own)
     end = f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"
     rows: list[tuple[str, str]] = [("method", method), ("end", end)]
     units = {item.name: item.unit for item in model.scene.parameters} | {item.name: item.unit for item in model.scene.inputs}

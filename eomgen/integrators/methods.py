@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.coefficients import Coefficients
 
 GENERALIZED_ALPHA = "generalized_alpha"
 RKMK = "rkmk"
@@ -47,6 +48,13 @@ _NO_INTERNAL_STATES = Need(
 )  # fmt: skip
 
 
+_CONDITIONALLY_STABLE = Need(
+    "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
+    "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
+)  # fmt: skip
+_SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
+
+
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
 #: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both accelerations.
@@ -57,7 +65,7 @@ INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
 
 @dataclass(frozen=True)
 class GeneralizedAlpha:
-    """Generalized-alpha on a Lie group with the optimal parameters for a spectral radius at infinite frequency.
+    """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named case.
 
     Parameters
     ----------
@@ -69,18 +77,23 @@ class GeneralizedAlpha:
     variant : str
         ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in exponentials
         of their own.
+    case : Coefficients, optional
+        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, whatever was said.
     """
 
     rho_inf: float = 0.9
     form: str = STABILISED
     variant: str = "F0"
+    case: Coefficients | None = None
     family: str = field(default=GENERALIZED_ALPHA, init=False)
     order: int = field(default=2, init=False)
-    source: str = field(default="Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017", init=False)
+    source: str = field(default=_SOURCE, init=False)
     needs: tuple[Need, ...] = field(default=(_NO_INTERNAL_STATES,), init=False)
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
+        if self.case is not None:
+            self._take(self.case)
+        elif not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
             raise UsageError(
                 Problem(
                     "method.rho_inf", f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
@@ -91,25 +104,53 @@ class GeneralizedAlpha:
             if value not in known:
                 raise UsageError(Problem(f"method.{key}", f"there is no {key} {value!r}", f"one of {', '.join(known)}"))
         if self.form == INDEX_3 and self.rho_inf >= INDEX_3_REFUSED_RHO:
-            raise UsageError(
-                Problem(
-                    "method.rho_inf",
-                    f"index 3 does not bear a spectral radius of {self.rho_inf:g}: on the fast heavy top Newton's iteration "
-                    "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers",
-                    "form stabilised, which runs at any radius, or a radius of at most 0.9",
-                )
-            )
+            self._refuse_index_3()
         self._check()
+
+    def _take(self, case: Coefficients) -> None:
+        """Let order, source, needs and spectral radius be those of a named case."""
+        values: dict[str, object] = {"order": case.order, "source": f"{case.source}; {_SOURCE}"}
+        values["rho_inf"] = case.radius_at_infinity
+        if not case.unconditionally_stable:
+            values["needs"] = (*self.needs, _CONDITIONALLY_STABLE)
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def _refuse_index_3(self) -> None:
+        what = (
+            f"index 3 does not bear a spectral radius of {self.rho_inf:g}: on the fast heavy top Newton's iteration "
+            "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers"
+        )
+        hint = "form stabilised, which runs at any radius, or a radius of at most 0.9"
+        if self.case is not None:
+            what = (
+                f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable then: "
+                "nothing damps the errors of the multipliers, which alternate from step to step and grow"
+            )
+            hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
+        raise UsageError(Problem("method.rho_inf", what, hint))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a user of these settings should know, one sentence each."""
+        if self.case is not None and not self.case.unconditionally_stable:
+            return (
+                f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular frequency stays below "
+                f"{self.case.largest_phase:.4g}",
+            )
         if self.form == INDEX_3 and self.rho_inf > INDEX_3_SAFE_RHO:
             return (
-                f"index 3 with a spectral radius of {self.rho_inf:g} damps multipliers too little: errors of its start live for "
-                "many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form",
+                f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its start live "
+                "for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form",
             )
         return ()
+
+    @property
+    def parameters(self) -> dict[str, Fraction]:
+        """What the compiled stepper takes: the spectral radius, or the four coefficients of a named case."""
+        if self.case is None:
+            return {"rho_inf": self.rho}
+        return {"alpha_m": self.alpha_m, "alpha_f": self.alpha_f, "beta": self.beta, "gamma": self.gamma}
 
     @property
     def rho(self) -> Fraction:
@@ -118,26 +159,28 @@ class GeneralizedAlpha:
 
     @property
     def alpha_m(self) -> Fraction:
-        return (2 * self.rho - 1) / (self.rho + 1)
+        return (2 * self.rho - 1) / (self.rho + 1) if self.case is None else self.case.alpha_m
 
     @property
     def alpha_f(self) -> Fraction:
-        return self.rho / (self.rho + 1)
+        return self.rho / (self.rho + 1) if self.case is None else self.case.alpha_f
 
     @property
     def gamma(self) -> Fraction:
-        return Fraction(1, 2) + self.alpha_f - self.alpha_m
+        return Fraction(1, 2) + self.alpha_f - self.alpha_m if self.case is None else self.case.gamma
 
     @property
     def beta(self) -> Fraction:
-        return (self.gamma + Fraction(1, 2)) ** 2 / 4
+        return (self.gamma + Fraction(1, 2)) ** 2 / 4 if self.case is None else self.case.beta
 
     def _check(self) -> None:
+        if self.case is not None:
+            return
         _hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
         _hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
         _hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
-        at_infinity = _spectral_radius_at_infinity(self.alpha_m, self.alpha_f, self.beta, self.gamma)
-        _hold("the spectral radius at infinite frequency is rho_inf", abs(at_infinity - float(self.rho)) < 1e-4)
+        optimal = Coefficients("chung_hulbert", self.alpha_m, self.alpha_f, self.beta, self.gamma, _SOURCE)
+        _hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
 
 
 @dataclass(frozen=True)
@@ -208,24 +251,6 @@ def check_needs(method: Method, facts: FactsLike) -> None:
 def _hold(text: str, true: bool) -> None:
     if not true:
         raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
-
-
-def _spectral_radius_at_infinity(alpha_m: Fraction, alpha_f: Fraction, beta: Fraction, gamma: Fraction) -> float:
-    """Return the largest eigenvalue modulus of one step on x'' = -w^2 x as w step grows without bound.
-
-    Equilibrium then forces x = 0 at both ends of the step, so vdot is free and x_{n+1} = 0 gives a_{n+1}.
-    """
-    import numpy as np  # noqa: PLC0415  # the only number crunching of this module
-
-    b, g, am, af = float(beta), float(gamma), float(alpha_m), float(alpha_f)
-    # unknowns of a step, scaled by powers of the step: (v, a, vdot) with x = 0 throughout
-    # 0 = v + (1/2 - b) a + b a',  v' = v + (1 - g) a + g a',  (1 - am) a' + am a = (1 - af) vdot' + af vdot
-    a_next = np.array([-1.0, -(0.5 - b), 0.0]) / b
-    v_next = np.array([1.0, 1.0 - g, 0.0]) + g * a_next
-    if abs(1.0 - af) < 1e-15:
-        return math.inf
-    vdot_next = ((1.0 - am) * a_next + np.array([0.0, am, 0.0]) - np.array([0.0, 0.0, af])) / (1.0 - af)
-    return float(np.max(np.abs(np.linalg.eigvals(np.array([v_next, a_next, vdot_next])))))
 
 
 _HALF, _ZERO = Fraction(1, 2), Fraction(0)

@@ -95,11 +95,12 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         known = samples if samples is not None else samples_of(system)
         solver = make_solver(unknowns, system.factors, known, _weights(method, step), step, owners)
         data |= {
-            "title": f"generalized-alpha on Lie groups{_form_text(method, unknowns)}",
+            "title": f"{_title(method)} on Lie groups{_form_text(method, unknowns)}",
             "form": method.form,
             "variant": method.variant,
             "warnings": list(method.warnings) if unknowns.holonomic else [],
-            "rho_inf": float(method.rho_inf),
+            "parameters": list(method.parameters),
+            **{name: float(value) for name, value in method.parameters.items()},
             "rho_inf_below": INDEX_3_REFUSED_RHO if method.form == INDEX_3 and unknowns.holonomic else None,
             "rtol": RELATIVE_TOLERANCE,
             "atol": ABSOLUTE_TOLERANCE,
@@ -167,6 +168,11 @@ def _check_functions(method: Method, system: SystemLike) -> None:
 
 def _nv(system: SystemLike) -> int:
     return sum(factor.v_size for factor in system.factors)
+
+
+def _title(method: GeneralizedAlpha) -> str:
+    titles = {"hht": "HHT-alpha", "wbz": "WBZ-alpha", "newmark": "Newmark's method", "trapezoidal": "the trapezoidal rule"}
+    return "generalized-alpha" if method.case is None else titles[method.case.name]
 
 
 def _form_text(method: GeneralizedAlpha, unknowns: Unknowns) -> str:
@@ -237,9 +243,9 @@ const char *eomgen_status_text(int status);
 STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace")
 
 _SETTINGS = {
-    GENERALIZED_ALPHA: ("step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"),
-    RKMK: ("step",),
-    PARTITIONED: ("step",),
+    GENERALIZED_ALPHA: ("rtol", "atol", "max_iterations", "max_halvings", "reuse"),
+    RKMK: (),
+    PARTITIONED: (),
 }
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
 _CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
@@ -250,7 +256,7 @@ def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
     """Return the settings by name, in the order of the flat array, with the values of ``Program.method``."""
     known = {**data, "reuse": 1, "perturb": 1}
     perturbed = ("perturb",) if data.get("form") == INDEX_3 and data["unknowns"]["holonomic"] else ()
-    return {name: float(known[name]) for name in (*_SETTINGS[data["family"]], *perturbed)}
+    return {name: float(known[name]) for name in ("step", *data.get("parameters", ()), *_SETTINGS[data["family"]], *perturbed)}
 
 
 def statistics_names(data: Mapping[str, Any]) -> tuple[str, ...]:
@@ -272,7 +278,8 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
     if data["family"] == GENERALIZED_ALPHA:
         lam = _multiplier_sizes(data, "lam")
         sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
-        sizes |= {f"{name}_before": 2 * size for name, size in lam.items()} | {"known": 1, "order": 1, "rho_inf": 1}
+        sizes |= {f"{name}_before": 2 * size for name, size in lam.items()}
+        sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)
     if data["family"] == PARTITIONED:
         sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)

@@ -1,16 +1,18 @@
-"""The names under which callers know the integration methods."""
+"""The names under which callers know the integration methods, and the parameters that go with them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha, Method
+from eomgen.integrators.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
+from eomgen.integrators.methods import INDEX_3, RUNGE_KUTTA_MUNTHE_KAAS_4, STABILISED, GeneralizedAlpha, Method
 from eomgen.integrators.partitioned import PARTITIONED_RUNGE_KUTTA_4
 from eomgen.scene.names import nearest, shown
 
 #: Generalized-alpha by name: the form that keeps constraints, and how an increment is put on the group.
-_GENERALIZED_ALPHA: Mapping[str, dict[str, str]] = {
+_GENERALIZED_ALPHA: Mapping[str, dict[str, Any]] = {
     "generalized_alpha": {},
     "generalized_alpha_f1": {"variant": "F1"},
     "generalized_alpha_f2": {"variant": "F2"},
@@ -19,10 +21,24 @@ _GENERALIZED_ALPHA: Mapping[str, dict[str, str]] = {
     "generalized_alpha_index3_f2": {"form": "index3", "variant": "F2"},
 }
 
+#: Its named cases, and the parameters that each takes.
+_CASES: Mapping[str, tuple[str, ...]] = {
+    "hht": ("alpha", "rho_inf"),
+    "wbz": ("alpha", "rho_inf"),
+    "newmark": ("alpha", "beta", "gamma"),
+    "trapezoidal": (),
+}
+_MAKERS: Mapping[str, Callable[..., Coefficients]] = {"hht": hht, "wbz": wbz, "newmark": newmark, "trapezoidal": trapezoidal}
+_INDEX_3 = "_index3"
+#: All parameters that some method takes.
+PARAMETERS = ("rho_inf", "alpha", "beta", "gamma")
+
 #: Every name, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
     **{name: name for name in _GENERALIZED_ALPHA},
     "chung_hulbert": "generalized_alpha",
+    **{name + ending: name + ending for name in _CASES for ending in ("", _INDEX_3)},
+    "average_acceleration": "trapezoidal",
     "rk4": "rk4",
     "rkmk4": "rk4",
     "runge_kutta": "rk4",
@@ -39,13 +55,48 @@ def canonical_name(name: str) -> str:
     return METHOD_NAMES[key]
 
 
-def method_named(name: str, rho_inf: float = 0.8) -> Method:
-    """Return a method; ``rho_inf`` matters to generalized-alpha only. Raises UsageError for an unknown name or a bad rho_inf."""
-    if canonical_name(name) == "rk4":
+def method_named(
+    name: str, rho_inf: float | None = 0.8, alpha: float | None = None, beta: float | None = None, gamma: float | None = None
+) -> Method:
+    """Return a method with its parameters; what is None is left to the method, what it does not take is ignored.
+
+    Raises
+    ------
+    UsageError
+        An unknown name, or a parameter out of its range, with the reason.
+    """
+    name = canonical_name(name)
+    if name == "rk4":
         return RUNGE_KUTTA_MUNTHE_KAAS_4
-    if canonical_name(name) == "rk4_partitioned":
+    if name == "rk4_partitioned":
         return PARTITIONED_RUNGE_KUTTA_4
-    return GeneralizedAlpha(rho_inf=rho_inf, **_GENERALIZED_ALPHA[canonical_name(name)])
+    case = name.removesuffix(_INDEX_3)
+    if case not in _CASES:
+        return GeneralizedAlpha(rho_inf=0.8 if rho_inf is None else rho_inf, **_GENERALIZED_ALPHA[name])
+    given = {"rho_inf": None if alpha is not None else rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
+    coefficients = _MAKERS[case](**{key: given[key] for key in _CASES[case]})
+    return GeneralizedAlpha(form=INDEX_3 if name != case else STABILISED, case=coefficients)
+
+
+def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
+    """Return the parameters of a method: those given, else the scene's, as far as the method takes them.
+
+    Raises
+    ------
+    UsageError
+        A parameter is given that the method does not take, or two that say the same.
+    """
+    name = canonical_name(name)
+    said = {key: value for key, value in given.items() if value is not None}
+    explicit = name.startswith("rk4")
+    takes = () if explicit else _CASES.get(name.removesuffix(_INDEX_3), ("rho_inf",))
+    for key in said:
+        if key not in takes and not (explicit and key == "rho_inf"):  # no numerical damping is what explicit methods have anyway
+            raise UsageError(Problem(key, f"{name} takes no {key}", f"only {', '.join(takes)}" if takes else "leave it out"))
+    if {"alpha", "rho_inf"} <= set(said):
+        what = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
+        raise UsageError(Problem("alpha", what, "one of them"))
+    return said or {key: value for key in takes if (value := scene.get(key)) is not None}
 
 
 def terms_of(name: str, constrained: bool = False) -> tuple[str, ...]:

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.specification import default_settings
 from eomgen.runtime.damping import unresolved_damping
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
-from eomgen.runtime.methods import canonical_name, method_named, terms_of
+from eomgen.runtime.methods import canonical_name, terms_of
 from eomgen.runtime.model import Model
+from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
@@ -36,6 +36,9 @@ def simulate(
     *,
     method: str | None = None,
     rho_inf: float | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    gamma: float | None = None,
     initial: Mapping[str, Any] | None = None,
     parameters: Parameters = None,
     inputs: Mapping[str, Signal] | None = None,
@@ -57,9 +60,14 @@ def simulate(
         Step size, s.
     method : str
         ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
-        ``_f2`` behind it; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes.
+        ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with ``_index3``; ``rk4``
+        (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes.
     rho_inf : float
-        Spectral radius of generalized-alpha at infinite frequency, 0 to 1.
+        Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
+    alpha : float
+        Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
+    beta, gamma : float
+        Of ``newmark``; 1/4 and 1/2 by default.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
     parameters : mapping or array
@@ -80,11 +88,11 @@ def simulate(
         Anything that is wrong before the run starts, by name.
     """
     defaults = model.library.layout["defaults"]
-    step = _positive("step", defaults["step"] if step is None else step)
-    end = _number("t_end", t_start + defaults["duration"] if t_end is None else t_end)
-    start = _number("t_start", t_start)
-    steps = _steps(start, end, step)
-    every = _count("record_every", defaults["record_every"] if record_every is None else record_every)
+    step = positive("step", defaults["step"] if step is None else step)
+    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    start = number_of("t_start", t_start)
+    steps = steps_between(start, end, step)
+    every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.parameter_array(parameters)
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
@@ -95,15 +103,16 @@ def simulate(
         found = model.consistent(state.q, state.v, start, parameters=p)
         state, corrected = InitialState(found.q, found.v, state.z), found.corrections()
     name = canonical_name(method or defaults["method"])
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
+    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = _stepper_library(model, name)
     extra = {} if settings is None else settings
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
-    chosen = _settings(library.layout["method"], step, defaults["rho_inf"] if rho_inf is None else rho_inf, extra)
-    method_named(name, chosen.get("rho_inf", 0.8))  # refuses what the method cannot bear, with the reason
+    chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
-    given = read_signals(inputs, model.inputs, steps)
-    signals = InputSignals(model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start)
+    from_caller = read_signals(inputs, model.inputs, steps)
+    signals = InputSignals(model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start)
     driven = signals.rows if signals.given or (model.nu and "inputs" not in model.functions) else None
 
     began = time.perf_counter()
@@ -130,71 +139,18 @@ def simulate(
     u = None if table is None else table[0]
     if name == "rk4" and (fault := unresolved_damping(model, state.q, state.v, start, u, p, step)):
         message = f"{message}; {fault}"
+    warnings = warnings_of(stepped_by, bool(model.multipliers))
+    message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]
     return Solution(
         t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=run.interrupted,
-        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected, "notes": list(model.notes)},
+        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected, "notes": notes},
     )  # fmt: skip
 
 
 def _listed(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
-
-
-def _steps(start: float, end: float, step: float) -> int:
-    if end < start:
-        raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
-    count = (end - start) / step
-    if count > 1e15:
-        raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
-    whole = round(count)
-    return whole if whole and abs(count - whole) <= 1e-9 * max(1.0, count) else math.ceil(count)
-
-
-def _number(name: str, value: object, kind: str = "number of seconds") -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}"))
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise UsageError(Problem(name, f"{name} is {number}, not a finite number"))
-    return number
-
-
-def _positive(name: str, value: object) -> float:
-    number = _number(name, value)
-    if number <= 0.0:
-        raise UsageError(Problem(name, f"the {name} must be positive, not {number:.9g}", "1e-3"))
-    return number
-
-
-def _count(name: str, value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r}", "1"))
-    return int(value)
-
-
-def _settings(method: Mapping[str, Any], step: float, rho_inf: float, extra: Mapping[str, float]) -> dict[str, float]:
-    values = default_settings(method)
-    known = [name for name in values if name not in ("step", "rho_inf")]
-    for name, value in extra.items():
-        if name not in known:
-            hint = f"one of {', '.join(known)}" if known else ""
-            raise UsageError(Problem("settings", f"{method['family']} has no setting {name!r}", hint))
-        number = _number(f"settings.{name}", value, "number")
-        if number < 0.0:
-            raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
-        values[name] = number
-    values["step"] = step
-    if "rho_inf" in values:
-        number = _number("rho_inf", rho_inf, "number")
-        if not 0.0 <= number <= 1.0:
-            raise UsageError(Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {number:.9g}", "0.8"))
-        values["rho_inf"] = number
-    return values
 
 
 def _stepper_library(model: Model, name: str) -> Library:

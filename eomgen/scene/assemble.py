@@ -161,7 +161,8 @@ class _Assembler:
             "efforts": tuple(self.effort(name, effort) for name, effort in document.efforts.items()),
             "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),
             "simulation": scene.Simulation(
-                simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every
+                simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
+                simulation.alpha, simulation.beta, simulation.gamma,
             ),
         }
 

@@ -255,12 +255,16 @@ class SceneBuilder:
         step: float | None = None,
         duration: float | None = None,
         rho_inf: float | None = None,
+        alpha: float | None = None,
+        beta: float | None = None,
+        gamma: float | None = None,
         record_every: int | None = None,
     ) -> Self:
         """Set what ``simulate`` does when not told otherwise (steps and durations in seconds)."""
         return self._enter(
-            "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, record_every=record_every
-        )
+            "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, alpha=alpha, beta=beta, gamma=gamma,
+            record_every=record_every,
+        )  # fmt: skip
 
     def build(self) -> Scene:
         """Return the checked scene.

@@ -69,6 +69,8 @@ def check_simulation(simulation: Simulation, report: Report) -> None:
         report.add("simulation.duration", f"the duration {simulation.duration:.6g} is negative", "0 or more")
     if not 0.0 <= simulation.rho_inf <= 1.0:
         report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1", "0.8")
+    if "rho_inf" in simulation.model_fields_set and simulation.alpha is not None:
+        report.add("simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them")
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:

@@ -224,6 +224,9 @@ class Simulation:
     duration: float = 10.0
     rho_inf: float = 0.8
     record_every: int = 1
+    alpha: float | None = None
+    beta: float | None = None
+    gamma: float | None = None
 
 
 @dataclass(frozen=True)

@@ -303,6 +303,9 @@ class Simulation(Table):
     step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")
     duration: Finite = key("of the run", 10.0, unit="s")
     rho_inf: Finite = key("numerical damping of generalized-alpha at high frequencies; 1 has none", 0.8, kind="0 to 1")
+    alpha: Finite | None = key("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", None, kind="0 to 1")
+    beta: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.25")
+    gamma: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.5")
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", 1, kind="whole number from 1"
     )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
+from eomgen.integrators.coefficients import hht, trapezoidal, wbz
 from eomgen.integrators.iteration_matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
 from eomgen.integrators.methods import GeneralizedAlpha
 from eomgen.integrators.samples import samples_of
@@ -34,7 +35,7 @@ def compiled(tmp_path_factory):
     known = {}
 
     def get(name, scene, method=STABILISED):
-        key = (name, method.form, method.variant)
+        key = (name, method.form, method.variant, method.case)
         if key not in known:
             known[key] = compile_scene(tmp_path_factory.mktemp(name.replace(" ", "")), scene(), method)
         stepper = known[key]
@@ -69,13 +70,15 @@ SCENES = {
         ("links", STABILISED),
         ("links", GeneralizedAlpha(0.8, "index3", "F1")),
         ("links", GeneralizedAlpha(0.8, "stabilised", "F2")),
+        ("links", GeneralizedAlpha(case=trapezoidal())),
+        ("links", GeneralizedAlpha(form="index3", case=hht(alpha=0.1))),
         ("links on a moving base", STABILISED),
         ("links on a moving base", INDEX_3),
         ("disc", STABILISED),
         ("disc", INDEX_3),
         ("chain", STABILISED),
     ],
-    ids=lambda value: value if isinstance(value, str) else f"{value.form}-{value.variant}",
+    ids=lambda value: value if isinstance(value, str) else f"{value.case.name if value.case else value.form}-{value.variant}",
 )
 def test_c_gives_what_numpy_gives(compiled, name, method):
     stepper = compiled(name, SCENES[name], method)
@@ -92,6 +95,21 @@ def test_c_gives_what_numpy_gives(compiled, name, method):
         expected = getattr(path, key)[1:].reshape(4, -1)
         scale = max(1.0, np.abs(expected).max())
         assert rows[:, layout[key]] == pytest.approx(expected, abs=1e-8 * scale if key in ("vdot", "lam") else 1e-10 * scale), key
+
+
+@pytest.mark.parametrize("case", [trapezoidal(), wbz(alpha=0.3)], ids=lambda case: case.name)
+def test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form(compiled, case):
+    stepper = compiled("links", two_links, GeneralizedAlpha(case=case))
+    ends = []
+    for steps in (100, 200, 400, 6400):
+        stepper.start(step=0.4 / steps)
+        outcome = stepper.run(steps, every=steps)
+        assert outcome.status == 0
+        assert max(outcome.state["max_constraint"], outcome.state["max_constraint_velocity"]) < 1e-9
+        layout = row_layout(stepper.program.method, stepper.system.nq, stepper.system.nv)
+        ends.append(outcome.rows[-1][np.r_[layout["q"], layout["v"]]])
+    errors = [np.linalg.norm(end - ends[-1]) for end in ends[:-1]]
+    assert slope([4.0, 2.0, 1.0], errors) == pytest.approx(2.0, abs=0.1)
 
 
 def test_every_solver_is_held_against_numpy(compiled):
