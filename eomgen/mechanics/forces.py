@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eomgen.mechanics.bushings import add_bushing
 from eomgen.mechanics.joint_forces import add_joint
 from eomgen.mechanics.loads import Loads, add_effort, add_wrench, no_loads, push
 from eomgen.mechanics.quantities import Quantities
@@ -36,6 +37,9 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
                 add_effort(loads, quantities, torsion.second, effort)
             loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
             loads.power = loads.power - damping * (rate * rate)
+    for bushing in scene.bushings:
+        with algebra.tape.block(f"bushing {bushing.name}"):
+            add_bushing(loads, bushing, quantities)
     for effort_item in scene.efforts:
         with algebra.tape.block(f"effort {effort_item.name}"):
             value = quantities.formula(effort_item.effort)
@@ -45,6 +49,9 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
 
 
 def _add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
+    mounts = quantities.tree.mounts
+    if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
+        return  # between base and world: whoever moves the base strains it
     length, rate, direction = quantities.stretch(spring)
     pull = scaled(quantities.tension(spring), direction)
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))

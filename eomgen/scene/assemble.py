@@ -10,10 +10,12 @@ from typing import Any, Literal
 from eomgen.errors import Problem
 from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
+from eomgen.scene.bushings import read_bushing
 from eomgen.scene.constraints import check_closings, read_constraint
 from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
+from eomgen.scene.frames import check_two_bodies
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
@@ -131,8 +133,12 @@ class _Assembler:
         constraints = tuple(
             read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
         )
+        bushings = [read_bushing(name, entry, self.bodies, points, values) for name, entry in document.bushings.items()]
         if complete:
-            check_closings(constraints, [joints[link.name] for link in order], self.report)
+            tree = [joints[link.name] for link in order]
+            check_closings(constraints, tree, self.report)
+            for bushing in bushings:
+                check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, self.report)
         if document.coordinates == "absolute":
             check_within_half_a_turn(joints.values(), values, self.report)
         checks.check_groups(document, self.report)
@@ -157,6 +163,7 @@ class _Assembler:
             "points": tuple(points.values()),
             "springs": tuple(self.spring(name, spring) for name, spring in document.springs.items()),
             "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
+            "bushings": tuple(bushings),
             "forces": tuple(self.force(name, force) for name, force in document.forces.items()),
             "efforts": tuple(self.effort(name, effort) for name, effort in document.efforts.items()),
             "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),

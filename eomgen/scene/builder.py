@@ -206,6 +206,45 @@ class SceneBuilder:
         """Add a torsion spring between two revolute joints' angles, or between one and its rest angle."""
         return self._enter("torsion_springs", name, first=first, second=second, stiffness=stiffness, damping=damping, rest=rest)
 
+    def bushing(
+        self,
+        name: str,
+        first: str | Mapping[str, Any],
+        second: str | Mapping[str, Any],
+        *,
+        stiffness: Sequence[Value] | None = None,
+        damping: Sequence[Value] | None = None,
+        rotational_stiffness: Sequence[Value] | None = None,
+        rotational_damping: Sequence[Value] | None = None,
+        stiffness_matrix: Sequence[Sequence[float]] | None = None,
+        damping_matrix: Sequence[Sequence[float]] | None = None,
+        rest: Sequence[Value] = (0.0, 0.0, 0.0),
+        rest_rotation: Rotations = (),
+        preload: Sequence[Value] = (0.0, 0.0, 0.0),
+        rotational_preload: Sequence[Value] = (0.0, 0.0, 0.0),
+    ) -> Self:
+        """Add a spring and damper in six directions between two frames (as of constraints), in the first one's axes.
+
+        Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At ``rest`` and
+        ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
+        """
+        return self._enter(
+            "bushings",
+            name,
+            first=first,
+            second=second,
+            stiffness=stiffness,
+            damping=damping,
+            rotational_stiffness=rotational_stiffness,
+            rotational_damping=rotational_damping,
+            stiffness_matrix=stiffness_matrix,
+            damping_matrix=damping_matrix,
+            rest=rest,
+            rest_rotation=rest_rotation,
+            preload=preload,
+            rotational_preload=rotational_preload,
+        )
+
     def force(
         self,
         name: str,

@@ -1,4 +1,4 @@
-"""Force elements beyond springs along a line: stops and dry friction of joint coordinates.
+"""Force elements beyond springs along a line: stops and dry friction of joint coordinates, bushings.
 
 All values are formulas of parameters.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from eomgen.scene.constraint import Frame
 from eomgen.scene.formula_nodes import Formula
 
 
@@ -38,3 +39,25 @@ class Friction:
     velocity: Formula
     static: Formula | None = None
     stribeck: Formula | None = None
+
+
+@dataclass(frozen=True)
+class Bushing:
+    """Spring and damper in six directions between two frames, angular first, in the axes of the first frame.
+
+    Attributes
+    ----------
+    stiffness, damping : 6 rows of 6; the stiffness is symmetric
+    rest : origin of the second frame in the first when the springs are slack, m
+    rest_orientation : axes of the second frame in the first then, as columns, row by row
+    preload : moment (N m) and force (N) on the second frame at rest
+    """
+
+    name: str
+    first: Frame
+    second: Frame
+    stiffness: tuple[tuple[Formula, ...], ...]
+    damping: tuple[tuple[Formula, ...], ...]
+    rest: tuple[Formula, Formula, Formula]
+    rest_orientation: tuple[tuple[float, float, float], ...]
+    preload: tuple[Formula, ...]

@@ -16,9 +16,10 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from eomgen.scene import schema
+from eomgen.scene import schema, schema_places
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
+from eomgen.scene.schema_places import Rotations
 from eomgen.scene.schema_values import Finite, Matrix, Triple, Value, Values
 
 COMMAND = "python -m eomgen.scene.reference docs/scene.md"
@@ -38,7 +39,7 @@ _KINDS: tuple[tuple[Any, str], ...] = (
     (Triple, "3 values"),
     (Values, "value or list of values"),
     (Matrix, "3x3 numbers"),
-    (schema.Rotations, "list of `axis`, `angle`"),
+    (Rotations, "list of `axis`, `angle`"),
     (bool, "true or false"),
     (int, "whole number"),
     (str, "text"),
@@ -52,7 +53,7 @@ def tables() -> dict[str, type[BaseModel]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
-        for value in vars(schema).values()
+        for value in {**vars(schema_places), **vars(schema)}.values()
         if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }
 

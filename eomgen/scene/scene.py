@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from eomgen.scene.constraint import Constraint
-from eomgen.scene.force_elements import Friction, Stop
+from eomgen.scene.force_elements import Bushing, Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
@@ -258,6 +258,7 @@ class Scene:
     points: tuple[Point, ...] = ()
     springs: tuple[Spring, ...] = ()
     torsion_springs: tuple[TorsionSpring, ...] = ()
+    bushings: tuple[Bushing, ...] = ()
     forces: tuple[Force, ...] = ()
     efforts: tuple[Effort, ...] = ()
     outputs: tuple[Output, ...] = ()

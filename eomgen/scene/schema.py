@@ -14,8 +14,9 @@ from pydantic import BaseModel, Field, model_validator
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS
-from eomgen.scene.schema_forces import Friction, Limits
+from eomgen.scene.schema_forces import Bushing, Friction, Limits
 from eomgen.scene.schema_key import Table, key
+from eomgen.scene.schema_places import Frame, Rotations
 from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
 
 Description = Annotated[str, Field(max_length=10_000)]
@@ -30,6 +31,7 @@ SECTIONS = (
     "points",
     "springs",
     "torsion_springs",
+    "bushings",
     "forces",
     "efforts",
     "outputs",
@@ -73,16 +75,6 @@ class Input(Table):
     road: Road | None = key("a random road, added to the formula", None)
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
-
-
-class Rotation(Table):
-    """A rotation by an angle about an axis."""
-
-    axis: Triple = key("of any length", names=FIXED_PARAMETERS)
-    angle: Value = key("of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad")
-
-
-Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]
 
 
 class Base(Table):
@@ -188,22 +180,6 @@ class Joint(Table):
     limits: Limits | None = key("compliant stops", None, kind="table, below")
     friction: Friction | None = key("dry friction", None, kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
-
-
-class Frame(Table):
-    """A frame that a constraint holds: a point's name, or a table."""
-
-    body: str | None = key("where the frame is", None, refers="bodies", kind="body or `base`")
-    point: str | None = key("the same, by a point's name", None, refers="points")
-    position: Triple | None = key("in the body", None, unit="m", names=PARAMETERS, shown_default="`[0, 0, 0]`")
-    rotation: Rotations | None = key("the frame's axes, in place of `axis`", None)
-    axis: Triple | None = key("the frame's z axis, in the body's axes", None, names=FIXED_PARAMETERS)
-    x_axis: Triple | None = key("the frame's x axis is the part of it across `axis`", None, names=FIXED_PARAMETERS)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_point(cls, data: object) -> object:
-        return {"point": data} if isinstance(data, str) else data
 
 
 class Constraint(Table):
@@ -331,6 +307,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     points: dict[str, Point] = {}
     springs: dict[str, Spring] = {}
     torsion_springs: dict[str, TorsionSpring] = {}
+    bushings: dict[str, Bushing] = {}
     forces: dict[str, Force] = {}
     efforts: dict[str, Effort] = {}
     outputs: dict[str, Output] = {}

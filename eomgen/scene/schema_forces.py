@@ -1,10 +1,11 @@
-"""The shape of force elements beyond springs along a line: stops and dry friction of joints."""
+"""The shape of force elements beyond springs along a line: stops and dry friction of joints, bushings."""
 
 from __future__ import annotations
 
 from eomgen.scene.formula_scope import PARAMETERS
 from eomgen.scene.schema_key import Table, key
-from eomgen.scene.schema_values import Value
+from eomgen.scene.schema_places import Frame, Rotations
+from eomgen.scene.schema_values import SixBySix, Triple, Value
 
 _COORDINATE = {"revolute": "rad", "prismatic": "m"}
 _RATE = {"revolute": "rad/s", "prismatic": "m/s"}
@@ -38,3 +39,28 @@ class Friction(Table):
     stribeck: Value | None = key(
         "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
     )
+
+
+_ZEROS = (0.0, 0.0, 0.0)
+_NOTHING = "`[0, 0, 0]`"
+
+
+class Bushing(Table):
+    """A spring and damper in all six directions between two frames."""
+
+    first: Frame = key("a frame in one body", kind="frame, see [constraints](#constraints)")
+    second: Frame = key("a frame in another", kind="frame, see [constraints](#constraints)")
+    stiffness: Triple | None = key(
+        "along x, y, z of the first frame", None, unit="N/m", names=PARAMETERS, shown_default=_NOTHING
+    )
+    damping: Triple | None = key("along x, y, z", None, unit="N s/m", names=PARAMETERS, shown_default=_NOTHING)
+    rotational_stiffness: Triple | None = key(
+        "about x, y, z of the first frame", None, unit="N m/rad", names=PARAMETERS, shown_default=_NOTHING
+    )
+    rotational_damping: Triple | None = key("about x, y, z", None, unit="N m s/rad", names=PARAMETERS, shown_default=_NOTHING)
+    stiffness_matrix: SixBySix | None = key("symmetric, rotations first, in place of both stiffnesses", None, kind="6x6 numbers")
+    damping_matrix: SixBySix | None = key("rotations first, in place of both dampings", None, kind="6x6 numbers")
+    rest: Triple = key("origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS)
+    rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
+    preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
+    rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)

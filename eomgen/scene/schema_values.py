@@ -67,6 +67,8 @@ Values = Annotated[
 ]
 Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
 Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3))]
+LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
+SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
 
 
 def _inertia(value: object) -> object:

@@ -16,7 +16,7 @@ from eomgen.scene.formula_text import FormulaError
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
 from eomgen.scene.scene import Rotation, Vector
-from eomgen.scene.schema import Rotation as WrittenRotation
+from eomgen.scene.schema_places import Rotation as WrittenRotation
 
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 

@@ -1,0 +1,185 @@
+"""Bushings: potential against SciPy's rotation vectors, power balance, exact partials, motions known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import eomgen
+from eomgen.mechanics.derive import derive
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.constraint import Frame
+from eomgen.scene.force_elements import Bushing
+from eomgen.scene.scene import BASE, Scene
+from tests.oracles import direct_kinematics
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.formulas import number, vector
+from tests.oracles.random_scenes import random_scene, with_base
+from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+STATES = 12
+
+
+def random_bushing(rng: np.random.Generator, name: str, first: str, second: str) -> Bushing:
+    """Return a bushing with full matrices, skew frames, rest and preload."""
+    places = [(body, vector(rng.uniform(-0.4, 0.4, 3).tolist())) for body in (first, second)]
+    frames = [Frame(*place, _rows(Rotation.from_rotvec(rng.normal(size=3)))) for place in places]
+    halves = [rng.normal(size=(6, 6)) for _ in range(2)]
+    K, D = (tuple(tuple(number(entry) for entry in row) for row in (half @ half.T).tolist()) for half in halves)
+    rest, preload = vector(rng.normal(size=3).tolist()), tuple(number(entry) for entry in rng.normal(size=6).tolist())
+    return Bushing(name, *frames, K, D, rest, _rows(Rotation.from_rotvec(rng.normal(size=3))), preload)
+
+
+def _rows(rotation: Rotation) -> Any:
+    return tuple(tuple(float(entry) for entry in row) for row in rotation.as_matrix())
+
+
+def scene_of(seed: int) -> Scene:
+    """Return a random tree with bushings between two bodies, on the base and on the world; every second on a moving base."""
+    rng = np.random.default_rng(seed)
+    scene = random_scene(seed, 2 + seed % 4)
+    scene = with_base(scene, seed, turning=seed % 4 == 1) if seed % 2 else scene
+    one, last = scene.bodies[0].name, scene.bodies[-1].name
+    ends = [("held", BASE, last), ("hung", "world", one)]
+    ends += [("between", one, last)] if one != last else []
+    return replace(scene, bushings=tuple(random_bushing(rng, *end) for end in ends))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_forces_are_those_of_the_potential_and_the_dampers(seed: int, rng: np.random.Generator) -> None:
+    system = derive(scene_of(seed), ["energy", "forward_dynamics"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    state = on_base(evaluate, state) if "base" in system.functions else state
+    state["a"] = evaluate("forward_dynamics", state)["vdot"]
+    rates = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
+    kinetic, potential, power, base_power = evaluate("energy", state)["energy"].T
+    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
+    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power) + np.abs(base_power)
+    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power - base_power) / scale) <= 1e-10
+    assert np.all(power < 0.0) and kinetic.min() > 0.0 and np.ptp(potential) > 0.0
+
+
+@pytest.mark.parametrize("seed", [2, 4, 6])
+def test_potential_is_that_of_rotation_vectors(seed: int, rng: np.random.Generator) -> None:
+    scene = scene_of(seed)
+    state = random_states(derive(scene, ["energy"]), STATES, rng)
+    found, without = (
+        tape_evaluator(derive(item, ["energy"]))("energy", state)["energy"][:, 1] for item in (scene, replace(scene, bushings=()))
+    )
+    poses = direct_kinematics.poses(scene, state["q"], None)
+    resting = (np.broadcast_to(np.eye(3), (STATES, 3, 3)), np.zeros((STATES, 3)))
+    poses = {**poses, BASE: resting, "world": resting}
+    expected = np.zeros(STATES)
+    for bushing in scene.bushings:
+        (A, x), (B, y) = (_placed(poses, frame) for frame in (bushing.first, bushing.second))
+        if not any(np.ptp(part, axis=0).any() for part in (A, x, B, y)):
+            continue  # between base and world, which is left out
+        turned = np.swapaxes(A, -1, -2) @ B @ np.array(bushing.rest_orientation).T
+        shift = np.einsum("kji,kj->ki", A, y - x) - [entry.value for entry in bushing.rest]  # type: ignore[union-attr]
+        e = np.concatenate([Rotation.from_matrix(turned).as_rotvec(), shift], axis=1)
+        K = np.array([[entry.value for entry in row] for row in bushing.stiffness])  # type: ignore[union-attr]
+        p = np.array([entry.value for entry in bushing.preload])  # type: ignore[union-attr]
+        expected += 0.5 * np.einsum("ki,ij,kj->k", e, K, e) - e @ p
+    np.testing.assert_allclose(found - without, expected, rtol=1e-11, atol=1e-11)
+
+
+def _placed(poses: dict[str, tuple[Array, Array]], frame: Frame) -> tuple[Array, Array]:
+    R, p = poses[frame.body]
+    return R @ np.array(frame.orientation), p + R @ [entry.value for entry in frame.position]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_partials_against_complex_step(seed: int, rng: np.random.Generator) -> None:
+    system = derive(scene_of(seed), ["residual", "partials"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, STATES, rng)
+    state = on_base(evaluate, state) if "base" in system.functions else state
+    found = evaluate("partials", state)
+    for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
+        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
+        assert relative_error(found[name], expected, 2) <= 1e-10, name
+
+
+def test_at_rest_only_the_preload_acts_and_partials_are_finite() -> None:
+    """At the rest pose the rotation vector is zero, where careless formulas divide by zero."""
+    rest, turn = [0.1, -0.2, 0.3], ([0.0, 1.0, 0.0], 0.4)
+    builder = SceneBuilder("held", gravity=[0, 0, 0]).body("block", 2.0, inertia=[0.1, 0.2, 0.3]).point("hook", "base")
+    builder.joint("free", "free", "base", "block", initial={"position": rest, "rotation": [turn]})
+    loads = {"preload": [1.0, 2.0, 3.0], "rotational_preload": [0.1, 0.2, 0.3]}
+    springs = {"stiffness": [10, 20, 30], "rotational_stiffness": [1, 2, 3]}
+    springs |= {"damping": [1, 1, 1], "rotational_damping": [2, 2, 2]}
+    builder.bushing("mount", "hook", {"body": "block"}, rest=rest, rest_rotation=[turn], **loads, **springs)
+    system = derive(builder.build(), ["force", "partials"])
+    evaluate = tape_evaluator(system)
+    state = {"q": np.array(system.initial_q), "v": np.zeros(6), "a": np.zeros(6)}
+    R = rotation_of(state["q"][:4])
+    np.testing.assert_allclose(evaluate("force", state)["Q"], [*R.T @ [0.1, 0.2, 0.3], *R.T @ [1, 2, 3]], atol=1e-15)
+    found = evaluate("partials", state)
+    np.testing.assert_allclose(found["C"], np.diag([2, 2, 2, 1, 1, 1]), atol=1e-14)
+    assert np.all(np.isfinite(found["K"]))
+    np.testing.assert_allclose(found["K"][3:, 3:], R.T @ np.diag([10, 20, 30]) @ R, atol=1e-13)
+
+
+def test_one_bushing_does_what_joint_springs_do(rng: np.random.Generator) -> None:
+    """A rotation about one axis is answered in proportion to its angle up to half a turn, like a spring in the joint."""
+    systems = []
+    for in_joint in (True, False):
+        builder = SceneBuilder("arm").body("link", 1.0, center_of_mass=[0.3, 0, 0], inertia=[0.01, 0.02, 0.02])
+        springs: dict[str, Any] = {"stiffness": 7.0, "damping": 0.3, "rest": 0.4} if in_joint else {}
+        builder.joint("hinge", "revolute", "base", "link", axis=[0, 0, 1], **springs)
+        if not in_joint:
+            builder.bushing(
+                "hinge", {"body": "base"}, {"body": "link"}, rest_rotation=[([0, 0, 1], 0.4)],
+                rotational_stiffness=[3, 5, 7.0], rotational_damping=[1, 1, 0.3], stiffness=[9, 9, 9],
+            )  # fmt: skip
+        systems.append(derive(builder.build(), ["force", "energy"]))
+    state = {"q": rng.uniform(-2.7, 3.5, (50, 1)), "v": rng.normal(size=(50, 1))}
+    joint, bushing = (tape_evaluator(system) for system in systems)
+    np.testing.assert_allclose(bushing("force", state)["Q"], joint("force", state)["Q"], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(bushing("energy", state)["energy"], joint("energy", state)["energy"], rtol=1e-12, atol=1e-12)
+
+
+def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> None:
+    """A free body in joint coordinates has the same q and v as in absolute ones, with its frame at its centre of mass."""
+    found = []
+    for coordinates in ("joint", "absolute"):
+        builder = SceneBuilder("body", coordinates=coordinates).body("block", 2.0, inertia=[0.1, 0.2, 0.3])
+        builder.joint("free", "free", "base", "block")
+        builder.base(position=["sin(t)", 0, 0], rotation=[([0, 0, 1], "0.3 * sin(t)")])
+        frame = {"body": "block", "position": [0.1, 0, 0.2]}
+        builder.point("ceiling", "world", [0, 0, 2])
+        builder.bushing("mount", "ceiling", frame, stiffness=[3, 4, 5], rotational_stiffness=[1, 2, 3], damping=[1, 2, 3])
+        system = derive(builder.build(), ["force"])
+        state = random_states(system, 20, np.random.default_rng(5))
+        if coordinates == "joint":  # the base where it rests in the world: same poses
+            base = np.zeros((20, 19))
+            base[:, 0] = 1.0
+            state["base"] = base
+        else:
+            base = tape_evaluator(system)("base", state)["base"]
+            state["base"] = base
+        found.append(tape_evaluator(system)("force", state)["Q"])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12, atol=1e-12)
+
+
+def test_energy_of_a_tumbling_body_is_kept_to_the_order_of_the_method() -> None:
+    builder = SceneBuilder("mount", gravity=[0, 0, -9.81]).body("block", 2.0, inertia=[0.05, 0.08, 0.1])
+    start = {"position": [0.05, 0.02, -0.04], "rotation": [([1, 2, 3], 1.5)], "velocity": [1.0, -2.0, 0.5, 0.1, 0.2, -0.3]}
+    builder.joint("free", "free", "base", "block", initial=start)
+    builder.bushing("rubber", {"body": "base"}, {"body": "block"}, stiffness=[900, 500, 700], rotational_stiffness=[4, 6, 9])
+    model = eomgen.build(builder.build(), profile="quick")
+    drift = []
+    for step in (2e-3, 1e-3):
+        run = model.simulate(2.0, step, method="rk4")
+        turned = 2.0 * np.arccos(np.clip(np.abs(run.q[:, 0]), 0.0, 1.0))
+        assert run.success and 1.0 < turned.max() < 3.0
+        drift.append(np.ptp(run.energy["total"]) / np.ptp(run.energy["potential"]))
+    assert drift[0] < 1e-6 and 3.5 < np.log2(drift[0] / drift[1]) < 5.5
