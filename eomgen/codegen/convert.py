@@ -9,9 +9,10 @@ from typing import Any
 from eomgen import __version__
 from eomgen.codegen.loops import program_loop
 from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
-from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramFunction
+from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCurve, ProgramFunction
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
+from eomgen.symbolic.operations import CurveLike
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
 #: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
@@ -50,7 +51,9 @@ def to_program(
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
     tape = system.tape
     loop_numbers: dict[int, int] = {}
-    made = _functions(system, wanted, loop_numbers, part_limit, nest_limit)
+    curve_numbers: dict[int, int] = {}
+    made = _functions(system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
+    curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
         prefix=check_prefix(system.name),
         description=system.description,
@@ -87,7 +90,14 @@ def to_program(
         notes=system.notes,
         version=__version__,
         method=dict(method or {}),
+        curves=tuple(_curve(curves[key]) for key in curve_numbers),
     )
+
+
+def _curve(curve: CurveLike) -> ProgramCurve:
+    breaks, coefficients = curve.breaks.tolist(), curve.coefficients.tolist()
+    rows = [(start, *row) for start, row in zip(breaks, [*coefficients, [0.0] * len(coefficients[0])], strict=True)]
+    return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.held)
 
 
 def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
@@ -98,8 +108,9 @@ def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
 
 
 def _functions(
-    system: System, wanted: Sequence[str], loop_numbers: dict[int, int], part_limit: int, nest_limit: int
-) -> tuple[ProgramFunction, ...]:
+    system: System, wanted: Sequence[str], loop_numbers: dict[int, int], curve_numbers: dict[int, int], part_limit: int,
+    nest_limit: int,
+) -> tuple[ProgramFunction, ...]:  # fmt: skip
     """Return the functions; one that computes the same as an earlier one only calls it."""
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
@@ -108,7 +119,7 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(system, function, loop_numbers, part_limit, nest_limit))
+            made.append(_function(system, function, loop_numbers, curve_numbers, part_limit, nest_limit))
             known[key] = made[-1]
             continue
         outputs = tuple(
@@ -127,8 +138,9 @@ def _functions(
 
 
 def _function(
-    system: System, function: Function, loop_numbers: dict[int, int], part_limit: int, nest_limit: int
-) -> ProgramFunction:
+    system: System, function: Function, loop_numbers: dict[int, int], curve_numbers: dict[int, int], part_limit: int,
+    nest_limit: int,
+) -> ProgramFunction:  # fmt: skip
     name = check_identifier(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:
@@ -150,7 +162,7 @@ def _function(
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
     result = schedule(
-        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loop_numbers, fill=name != "base"
+        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loop_numbers, curve_numbers, fill=name != "base"
     )  # the base is a struct, which no loop over its components can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:

@@ -10,6 +10,7 @@ _ARITY = [2] * (max(Op) + 1)
 for _op in UNARY:
     _ARITY[_op] = 1
 _ARITY[Op.SELECT] = 3
+_ARITY[Op.CURVE] = 1
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP
 

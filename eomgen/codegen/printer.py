@@ -81,6 +81,8 @@ class Printer:
         if kind == "neg":
             inner, rank = self._print(expression[1])
             return (f"-{inner}" if rank == _ATOM else f"-({inner})"), _PREFIX
+        if kind == "CURVE":
+            return f"{self.prefix}_curve{expression[2] + 1}({self._print(expression[1])[0]}, {expression[3]})", _ATOM
         arguments = ", ".join(self._print(operand)[0] for operand in expression[1:])
         return f"EG_{kind}({arguments})", _ATOM
 

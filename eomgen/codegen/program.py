@@ -102,6 +102,24 @@ class ProgramLoop:
 
 
 @dataclass(frozen=True)
+class ProgramCurve:
+    """A function of one number as polynomials between breaks.
+
+    Attributes
+    ----------
+    rows : (pieces + 1, degree + 2)
+        Where a piece begins, then its coefficients in powers of the distance from there, lowest first; the last row is the end.
+    outside : ``error``, ``hold`` or ``periodic``; ``first`` and ``last`` are what is held.
+    """
+
+    name: str
+    rows: tuple[tuple[float, ...], ...]
+    outside: str
+    first: float
+    last: float
+
+
+@dataclass(frozen=True)
 class Named:
     """A number of the interface. ``member`` is the mangled name, the only one that code may use."""
 
@@ -128,6 +146,7 @@ class Program:
     base_fields : tuple of (name, size, meaning)
     functions : tuple of ProgramFunction
     loops : tuple of ProgramLoop
+    curves : tuple of ProgramCurve
     method : mapping
         Filled by the integrators; empty when the model is functions only.
     """
@@ -157,6 +176,7 @@ class Program:
     notes: tuple[str, ...]
     version: str
     method: Mapping[str, Any] = field(default_factory=dict)
+    curves: tuple[ProgramCurve, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

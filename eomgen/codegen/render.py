@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sys
 import tempfile
 from collections.abc import Mapping
 from functools import cache
@@ -21,6 +22,9 @@ from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.errors import FileError
 
 MANIFEST = "manifest.json"
+#: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
+SNAP = 8.0 * sys.float_info.epsilon
+EDGE = 1e-9
 
 
 def template_folder() -> Path:
@@ -116,6 +120,9 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
         files[f"{program.prefix}_parts.h"] = context.render("c/parts.h.jinja")
     if program.method:
         files[f"{program.prefix}_step.c"] = context.render(f"c/integrators/{program.method['family']}.c.jinja")
+    if program.curves:
+        files[f"{program.prefix}_curves.h"] = context.render("c/curves.h.jinja")
+        files[f"{program.prefix}_curves.c"] = context.render("c/curves.c.jinja", snap=SNAP, edge=EDGE)
     files["eomgen_real.h"] = context.render("c/eomgen_real.h.jinja")
     files["main.c"] = context.render("c/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))

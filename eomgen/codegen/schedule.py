@@ -59,6 +59,7 @@ class _Scheduler:
         input_order: Sequence[str],
         nest_limit: int,
         loop_numbers: dict[int, int],
+        curve_numbers: dict[int, int],
     ) -> None:
         self.plan = plan
         self.tape = plan.tape
@@ -66,6 +67,7 @@ class _Scheduler:
         self.input_order = input_order
         self.nest_limit = nest_limit
         self.loop_numbers = loop_numbers
+        self.curve_numbers = curve_numbers
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
         self.waiting: dict[int, int] = {}  # node -> operations in its expression
         self.locals = 0
@@ -142,6 +144,10 @@ class _Scheduler:
         else:
             taken, total = self._take(operands(tape, node))
             expression = (_NAMES[code], *taken)
+            if code is Op.CURVE:
+                curve, derivative = tape.curves[tape.b[node]]
+                number = self.curve_numbers.setdefault(id(curve), len(self.curve_numbers))
+                expression = ("CURVE", taken[0], number, derivative)
             if plan.uses[node] > 1 or plan.last_part[node] > plan.part_of[node]:
                 self.locals += 1
                 self._emit("let", self.locals, expression)
@@ -292,6 +298,7 @@ def schedule(
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
     loop_numbers: dict[int, int] | None = None,
+    curve_numbers: dict[int, int] | None = None,
     *,
     fill: bool = True,
 ) -> Schedule:
@@ -302,7 +309,10 @@ def schedule(
     outputs : for each output array, its references row by row.
     input_order : the order in which parts name the input blocks they read.
     loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
+    curve_numbers : from the id of a curve to its number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
     """
     plan = Plan(tape, outputs, part_limit)
-    return _Scheduler(plan, outputs, input_order, nest_limit, {} if loop_numbers is None else loop_numbers).run(fill)
+    loops = {} if loop_numbers is None else loop_numbers
+    curves = {} if curve_numbers is None else curve_numbers
+    return _Scheduler(plan, outputs, input_order, nest_limit, loops, curves).run(fill)

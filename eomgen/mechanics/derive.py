@@ -11,7 +11,7 @@ from eomgen.mechanics.inputs import input_signal
 from eomgen.mechanics.start import absolute_start
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.tape import InputSymbol, Op
+from eomgen.symbolic.tape import InputSymbol, Op, Tape
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 
 #: All terms, with the input blocks each may depend on and what it is.
@@ -164,10 +164,14 @@ def _facts(derivation: Derivation) -> Facts:
     return Facts(
         constant_mass=not derivation.long and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
-        smooth=not any(tape.op[node] in _ROUGH for node in tape.live(loads)),
+        smooth=not any(_rough(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
         constraints=derivation.constraints is not None,
     )
+
+
+def _rough(tape: Tape, node: int) -> bool:
+    return bool(tape.curves[tape.b[node]][0].kinks()) if tape.op[node] is Op.CURVE else tape.op[node] in _ROUGH
 
 
 def _refs(blocks: Sequence[Block]) -> list[int]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.mechanics.curves import curve_at
+from eomgen.scene.formula_nodes import Application, Formula, Number, Symbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Op
 
@@ -30,6 +31,13 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         return algebra.scalar(formula.value)
     if isinstance(formula, Symbol):
         return resolve(formula)
+    if isinstance(formula, Application):
+        argument = record(algebra, formula.argument, resolve)
+        try:
+            return curve_at(algebra, formula.curve, argument, formula.derivative)
+        except (ValueError, ArithmeticError):
+            what = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g}"
+            raise ModelError(Problem("", what, "an argument within its points")) from None
     if formula.name == "select":
         condition, *branches = formula.arguments
         taken = algebra.tape.value(record(algebra, condition, resolve).ref)
@@ -69,6 +77,8 @@ def symbols(formula: Formula) -> set[Symbol]:
         return set()
     if isinstance(formula, Symbol):
         return {formula}
+    if isinstance(formula, Application):
+        return symbols(formula.argument)
     found: set[Symbol] = set()
     for argument in formula.arguments:
         found |= symbols(argument)

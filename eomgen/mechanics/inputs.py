@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from eomgen.mechanics.curves import waves
 from eomgen.mechanics.quantities import Quantities
+from eomgen.scene.curve import Waves
 from eomgen.scene.scene import Input
-from eomgen.symbolic.map import Map, add_map
-from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op, Tape
+from eomgen.symbolic.scalar import Scalar
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:
@@ -15,13 +15,5 @@ def input_signal(quantities: Quantities, item: Input) -> Scalar:
     value = quantities.formula(item.formula) if item.formula is not None else algebra.zero
     if not item.harmonics:
         return value
-    kernel = Tape()
-    inner = Algebra(kernel)
-    amplitude, frequency, phase = inner.block("element", 3)
-    wave = amplitude * inner.call(Op.COS, frequency * inner.block("shared", 1)[0] + phase)
-    columns = tuple(zip(*item.harmonics, strict=True))
-    loop = Map(
-        kernel, len(item.harmonics), elements=columns, shared=(algebra.tape.input("t"),), sums=(wave.ref,),
-        label=f"harmonics of input {item.name}",
-    )  # fmt: skip
-    return value + Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
+    time = Scalar(algebra.tape, algebra.tape.input("t"))
+    return value + waves(algebra, Waves(f"input {item.name}", item.harmonics), time)

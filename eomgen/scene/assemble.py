@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 from eomgen.errors import Problem
@@ -12,15 +14,20 @@ from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
 from eomgen.scene.bushings import read_bushing
 from eomgen.scene.constraints import check_closings, read_constraint
+from eomgen.scene.corners import applications
+from eomgen.scene.curve import AnyCurve
+from eomgen.scene.curve_checks import check_twice_differentiable
+from eomgen.scene.curves import Curves, digest
 from eomgen.scene.document import read_document
-from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.formula_nodes import Formula, Operation, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
 from eomgen.scene.frames import check_two_bodies
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
-from eomgen.scene.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
+from eomgen.scene.roads import Harmonic
+from eomgen.scene.schema_signals import Input
 from eomgen.scene.tree import Link, ordered
 from eomgen.scene.values import Values
 
@@ -35,6 +42,7 @@ def from_data(
     metadata: Mapping[str, Any] | None = None,
     inertias_checked: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
+    folder: Path | None = None,
 ) -> scene.Scene:
     """Check nested data, in the form of a scene file, and return the scene.
 
@@ -52,6 +60,8 @@ def from_data(
         True where whoever made the data has judged the inertias already.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the data say.
+    folder : Path, optional
+        Where the paths of tables start; the current folder by default.
 
     Raises
     ------
@@ -67,12 +77,13 @@ def from_data(
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
     document = checks.check_names(document, refused, report)
-    result = _Assembler(document, refused, data, report).fields(inertias_checked)
+    result = _Assembler(document, refused, data, report, folder or Path()).fields(inertias_checked)
     report.raise_problems()
+    curves = result["curves"]
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
-        content=content(document),
+        content=content(document) + (digest(curves).encode() if curves else b""),
         notes=tuple(notes),
         metadata=dict(metadata or {}),
     )
@@ -92,7 +103,12 @@ _UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 class _Assembler:
     def __init__(
-        self, document: written.Document, refused: Mapping[str, set[str]], data: Mapping[str, Any], report: Report
+        self,
+        document: written.Document,
+        refused: Mapping[str, set[str]],
+        data: Mapping[str, Any],
+        report: Report,
+        folder: Path,
     ) -> None:
         self.document = document
         self.refused = refused
@@ -103,16 +119,21 @@ class _Assembler:
             kind = entry.get("type") if isinstance(entry, Mapping) else None
             self.joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
         tunable = {name: parameter.tunable for name, parameter in document.parameters.items()}
+        self.curve_table: dict[str, AnyCurve] = {}
         names = Names(
             parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
             inputs=(*document.inputs, *sorted(refused["inputs"])),
             joints=self.joint_types,
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
+            curves=self.curve_table,
         )
         defaults = {name: parameter.value for name, parameter in document.parameters.items()}
         self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
         self.bodies = [*document.bodies, *sorted(refused["bodies"])]
+        self.curves = Curves(self.values, folder)
+        for name, entry in document.curves.items():
+            self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
 
     def fields(self, inertias_checked: bool) -> dict[str, Any]:
         """Return the fields of the Scene; they are right only if the report stays empty."""
@@ -141,6 +162,7 @@ class _Assembler:
                 check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, self.report)
         if document.coordinates == "absolute":
             check_within_half_a_turn(joints.values(), values, self.report)
+        inputs = tuple(self.input(name, entry) for name, entry in document.inputs.items())
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
@@ -155,7 +177,8 @@ class _Assembler:
                 scene.Parameter(name, parameter.value, parameter.tunable, parameter.unit, parameter.description)
                 for name, parameter in document.parameters.items()
             ),
-            "inputs": tuple(self.input(name, entry) for name, entry in document.inputs.items()),
+            "curves": tuple(self.curve_table.values()),
+            "inputs": inputs,
             "base": self.base(),
             "constraints": constraints,
             "coordinates": document.coordinates,
@@ -173,30 +196,31 @@ class _Assembler:
             ),
         }
 
-    def input(self, name: str, entry: written.Input) -> scene.Input:
-        formula = None
+    def input(self, name: str, entry: Input) -> scene.Input:
+        key = key_of("inputs", name)
+        parts: list[Formula] = []
         if entry.formula is not None:
-            formula = self.values.formula(key_of("inputs", name, "formula"), entry.formula, TIME)
-        harmonics = self.road(key_of("inputs", name, "road"), entry.road) if entry.road is not None else ()
+            parts.append(self.values.formula(f"{key}.formula", entry.formula, TIME))
+        parts += self.curves.signal(key, entry)
+        harmonics: tuple[Harmonic, ...] = ()
+        if entry.road is not None:
+            found = self.curves.road(f"{key}.road", entry.road)
+            parts += [] if isinstance(found, tuple) else [found]
+            harmonics = found if isinstance(found, tuple) else ()
+        for part in parts:
+            self.curve_table |= {at.curve.name: at.curve for at in applications(part)}
+        formula = functools.reduce(lambda x, y: Operation("add", (x, y)), parts) if parts else None
         return scene.Input(name, formula, entry.unit, entry.description, harmonics)
-
-    def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...]:
-        speed, offset = self.values.constant(f"{key}.speed", road.speed), self.values.constant(f"{key}.offset", road.offset)
-        if speed <= 0.0 or speed > FASTEST:
-            self.report.add(f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20")
-        if abs(offset) > FARTHEST:
-            what = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
-            self.report.add(f"{key}.offset", what, "the distance in m by which this wheel follows the first")
-        if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
-            return ()
-        return road_harmonics(road.road_class, speed, seed=road.seed, offset=offset, harmonics=road.harmonics)
 
     def base(self) -> scene.Base | None:
         base = self.document.base
         if base is None:
             return None
         position = self.values.vector("base.position", base.position, TIME)
-        return scene.Base(position, self.values.rotations("base.rotation", base.rotation, TIME))
+        rotations = self.values.rotations("base.rotation", base.rotation, TIME)
+        for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
+            check_twice_differentiable(key, formulas, self.report)
+        return scene.Base(position, rotations)
 
     def body(self, name: str, body: written.Body) -> scene.Body:
         key, formula = key_of("bodies", name), self.values.formula

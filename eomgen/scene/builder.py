@@ -72,12 +72,18 @@ class SceneBuilder:
         road: Mapping[str, Any] | None = None,
         unit: str = "",
         description: str = "",
+        **shape: Any,
     ) -> Self:
-        """Add an input; ``formula`` (of time and parameters) and ``road`` are its value unless the caller hands in another.
+        """Add an input; what is said of it is its value unless the caller hands in another.
 
-        ``road`` has the keys class (A to H, ISO 8608), speed (m/s), and where needed seed, offset (m) and harmonics.
+        ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of class (A to
+        H, ISO 8608), table, points and bump; ``shape`` is one of table, points and wave, with interpolation and outside.
         """
-        return self._enter("inputs", name, formula=formula, road=road, unit=unit, description=description)
+        return self._enter("inputs", name, formula=formula, road=road, unit=unit, description=description, **shape)
+
+    def curve(self, name: str, **shape: Any) -> Self:
+        """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and outside."""
+        return self._enter("curves", name, **shape)
 
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
         """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""

@@ -44,10 +44,13 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
-    if section in ("parameters", "inputs") and name in RESERVED:
+    if section in ("parameters", "inputs", "curves") and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
     if section == "inputs" and name in document.parameters:
         return f"the name {name} is both a parameter and an input", "another name for one of them"
+    if section == "curves" and name in (*document.parameters, *document.inputs):
+        other = "a parameter" if name in document.parameters else "an input"
+        return f"the name {name} is both {other} and a curve", "another name for one of them"
     return "", ""
 
 

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from eomgen.scene import schema as written
 from eomgen.scene.constraint import Constraint
+from eomgen.scene.curve_checks import check_twice_differentiable
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS, TIME
 from eomgen.scene.frames import Need, check_two_bodies, read_frame
@@ -50,11 +51,19 @@ def read_constraint(
         type=entry.type,
         first=first,
         second=second,
-        drive=None if entry.drive is None else values.formula(f"{key}.drive", entry.drive, TIME),
+        drive=_drive(key, entry.drive, values),
         length=_positive(f"{key}.length", entry.length, values),
         radius=_positive(f"{key}.radius", entry.radius, values),
         shape=entry.shape or "disc",
     )
+
+
+def _drive(key: str, drive: float | str | None, values: Values) -> Formula | None:
+    if drive is None:
+        return None
+    formula = values.formula(f"{key}.drive", drive, TIME)
+    check_twice_differentiable(f"{key}.drive", [formula], values.report)
+    return formula
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:

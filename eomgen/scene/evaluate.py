@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
 
 _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
@@ -76,6 +76,8 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
         return formula.value
     if isinstance(formula, Symbol):
         return value_of(formula)
+    if isinstance(formula, Application):
+        raise ArithmeticError(f"the curve {formula.curve.name} has no value without a motion")
     if formula.name == "select":
         condition, then, otherwise = formula.arguments
         return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
@@ -86,6 +88,8 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
     """Return every symbol that occurs in a formula."""
     if isinstance(formula, Symbol):
         return frozenset({formula})
+    if isinstance(formula, Application):
+        return symbols(formula.argument)
     if isinstance(formula, Operation):
         return frozenset().union(*(symbols(argument) for argument in formula.arguments))
     return frozenset()

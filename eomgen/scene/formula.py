@@ -12,8 +12,8 @@ import re
 from collections.abc import Mapping
 
 from eomgen.scene.evaluate import apply
-from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
-from eomgen.scene.formula_scope import CONFIGURATION_SIZE, ENERGIES, FUNCTIONS, VELOCITY_SIZE, Names, Scope
+from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.scene.formula_scope import CONFIGURATION_SIZE, DERIVATIVES, ENERGIES, FUNCTIONS, VELOCITY_SIZE, Names, Scope
 from eomgen.scene.formula_text import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.names import is_legal, nearest, shown
 
@@ -148,11 +148,15 @@ class _Reader:
         return self.convert(node, depth)
 
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
+        if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
+            return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
             raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
         name = node.func.id.removeprefix(PREFIX)
+        if name in self.names.curves:
+            return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
-            hint = IN_RADIANS if name in DEGREES else nearest(name, sorted(FUNCTIONS))
+            hint = IN_RADIANS if name in DEGREES else nearest(name, [*sorted(FUNCTIONS), *self.names.curves])
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
@@ -162,6 +166,21 @@ class _Reader:
             raise self.error(node, f"{name}() takes {needed}, not {len(node.args)}")
         parts = [self.convert(argument, depth + 1) for argument in node.args]
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
+
+    def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
+        """Return a curve, or a derivative of it, at an argument."""
+        name = name.removeprefix(PREFIX)
+        call = f"{word}.{name}" if word else name
+        if word and word not in DERIVATIVES:
+            raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
+        if name not in self.names.curves:
+            hint = nearest(name, self.names.curves) or "a [curves] section"
+            raise self.error(node, f"there is no curve {shown(name)}", hint)
+        self.allow(node, "curve", f"the curve {shown(name)}")
+        if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
+            raise self.error(node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)}", f"{call}(t)")
+        argument, _ = self.convert(node.args[0], depth + 1)
+        return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
 
     def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
         name = node.id.removeprefix(PREFIX)
@@ -181,6 +200,8 @@ class _Reader:
             return Symbol("input", name), None
         if name in FUNCTIONS:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
+        if name in self.names.curves:
+            raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
         if name in self.names.joints:
             raise self.error(node, f"{shown(name)} is a joint, not a number", f"q.{name} or v.{name}")
         known = [*self.names.parameters, *self.names.inputs, *FUNCTIONS, "t", "pi"]

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from eomgen.scene.curve import AnyCurve
+
 
 @dataclass(frozen=True)
 class Number:
@@ -53,4 +55,13 @@ class Operation:
     arguments: tuple[Formula, ...]
 
 
-Formula = Number | Symbol | Operation
+@dataclass(frozen=True)
+class Application:
+    """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 * t)``."""
+
+    curve: AnyCurve
+    argument: Formula
+    derivative: int = 0
+
+
+Formula = Number | Symbol | Operation | Application

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from eomgen.scene.curve import AnyCurve
+
 WORDS = frozenset({"if", "else", "and", "or", "not"})
 FUNCTIONS: Mapping[str, int] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
@@ -12,6 +14,8 @@ FUNCTIONS: Mapping[str, int] = {
     **dict.fromkeys(("atan2", "min", "max"), 2),
 }
 RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
+#: Words before the name of a curve, and which derivative they stand for.
+DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 CONFIGURATION_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}
 VELOCITY_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 3, "free": 6}
@@ -25,10 +29,10 @@ class Scope:
     kinds: frozenset[str]
 
 
-_STATE = frozenset({"parameter", "time", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
+_STATE = frozenset({"parameter", "time", "curve", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
-TIME = Scope("time and parameters", frozenset({"parameter", "time"}))
+TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 SPRING_FORCE = Scope("time, parameters, inputs, positions and velocities (not accelerations or tensions)", _STATE)
 STATE = Scope("time, parameters, inputs, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
 EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
@@ -42,6 +46,7 @@ class Names:
     ----------
     parameters : mapping from name to whether it is tunable.
     joints : mapping from name to joint type; an empty type where it is not known.
+    curves : mapping from name to curve.
     """
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
@@ -49,3 +54,4 @@ class Names:
     joints: Mapping[str, str] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     springs: tuple[str, ...] = ()
+    curves: Mapping[str, AnyCurve] = field(default_factory=dict)

@@ -59,7 +59,7 @@ def load(
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
     text, file = read_text(path), _shown_file(path)
     if kind == ".toml":
-        return load_toml(text, file=file, coordinates=coordinates)
+        return load_toml(text, file=file, coordinates=coordinates, folder=path.parent)
     from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
 
     return load_urdf(text, file=file, strict=strict, root=root, lock=lock, coordinates=coordinates)
@@ -96,9 +96,15 @@ def read_text(path: Path) -> str:
 
 
 def load_toml(
-    text: str, *, file: str = "scene.toml", coordinates: Literal["joint", "absolute"] | None = None
+    text: str,
+    *,
+    file: str = "scene.toml",
+    coordinates: Literal["joint", "absolute"] | None = None,
+    folder: Path | None = None,
 ) -> Scene:
-    """Read a scene from the text of a TOML file; ``file`` is the name for messages, ``coordinates`` as in ``load``.
+    """Read a scene from the text of a TOML file.
+
+    ``file`` is the name for messages, ``coordinates`` as in ``load``, ``folder`` where the paths of tables start.
 
     Raises
     ------
@@ -119,4 +125,4 @@ def load_toml(
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
-    return from_data(data, file=file, lines=lines, coordinates=coordinates)
+    return from_data(data, file=file, lines=lines, coordinates=coordinates, folder=folder)

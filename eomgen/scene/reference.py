@@ -16,11 +16,11 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from eomgen.scene import schema, schema_places
+from eomgen.scene import schema, schema_places, schema_signals
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_places import Rotations
-from eomgen.scene.schema_values import Finite, Matrix, Triple, Value, Values
+from eomgen.scene.schema_values import Description, Finite, Matrix, Triple, Unit, Value, Values
 
 COMMAND = "python -m eomgen.scene.reference docs/scene.md"
 #: Titles of scopes on the page.
@@ -43,8 +43,8 @@ _KINDS: tuple[tuple[Any, str], ...] = (
     (bool, "true or false"),
     (int, "whole number"),
     (str, "text"),
-    (schema.Unit, "text"),
-    (schema.Description, "text"),
+    (Unit, "text"),
+    (Description, "text"),
 )
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
@@ -53,17 +53,17 @@ def tables() -> dict[str, type[BaseModel]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
-        for value in {**vars(schema_places), **vars(schema)}.values()
+        for value in {**vars(schema_places), **vars(schema_signals), **vars(schema)}.values()
         if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }
 
 
 def table(model: type[BaseModel]) -> str:
-    """Return the Markdown table of a class of the schema: a row for each key that has a description."""
+    """Return the Markdown table of a class of the schema: a row for each key of its own that has a description."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
     for name, field in model.model_fields.items():
-        if field.description is not None:
+        if field.description is not None and name in model.__annotations__:
             key = field.alias or name
             rows.append(f"| `{key}` | {_type(hints[name], field)} | {_default(field)} | {field.description} |")
     return "\n".join(rows) + "\n"

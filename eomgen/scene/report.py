@@ -54,6 +54,12 @@ class Report:
         """Tell whether a problem is noted under a key, or below it: what follows from it is no problem of its own."""
         return any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
+    def add_problem(self, key: str, problem: Problem) -> None:
+        """Note a problem that lies in another file, under the key that names the file."""
+        self.keys.add(key)
+        line = re.search(r":(\d+)$", self.place(key))
+        self._append(int(line[1]) if line else 0, problem)
+
     def add_at(self, line: int, key: str, what: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""
         self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), what, hint))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from eomgen.scene.constraint import Constraint
+from eomgen.scene.curve import AnyCurve
 from eomgen.scene.force_elements import Bushing, Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 
@@ -236,6 +237,7 @@ class Scene:
     Attributes
     ----------
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
+    curves : those that formulas can name, and those that inputs are made of.
     constraints : what closes loops, besides the joints of the tree.
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where nothing
@@ -253,6 +255,7 @@ class Scene:
     gravity: tuple[Formula, Formula, Formula] = (Number(0.0), Number(0.0), Number(-9.81))
     description: str = ""
     parameters: tuple[Parameter, ...] = ()
+    curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()

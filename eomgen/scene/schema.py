@@ -17,13 +17,13 @@ from eomgen.scene.scene import TERMS
 from eomgen.scene.schema_forces import Bushing, Friction, Limits
 from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_places import Frame, Rotations
-from eomgen.scene.schema_values import NUMBER_SCHEMA, Finite, Inertia, Matrix, Triple, Value, Values
+from eomgen.scene.schema_signals import Curve, Input
+from eomgen.scene.schema_values import NUMBER_SCHEMA, Description, Finite, Inertia, Matrix, Triple, Unit, Value, Values
 
-Description = Annotated[str, Field(max_length=10_000)]
-Unit = Annotated[str, Field(max_length=64)]
 ORIGIN = (0.0, 0.0, 0.0)
 SECTIONS = (
     "parameters",
+    "curves",
     "inputs",
     "bodies",
     "joints",
@@ -52,29 +52,6 @@ class Parameter(Table):
         return data if isinstance(data, Mapping) else {"value": data}
 
 
-class Road(Table):
-    """The elevation under a wheel, with the spectrum of ISO 8608."""
-
-    road_class: Literal["A", "B", "C", "D", "E", "F", "G", "H"] = key(
-        "roughness: A is a good motorway, C an average road; each class is twice as rough in amplitude",
-        alias="class",
-        kind="`A` to `H`",
-    )
-    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of the random phases", 0, kind="whole number from 0")
-    offset: Value = key(
-        "distance by which this wheel follows the one with offset 0 in the same track", 0.0, unit="m", names=FIXED_PARAMETERS
-    )
-    harmonics: Annotated[int, Field(ge=1, le=2000)] = key("number of harmonics between 0.011 and 2.83 cycles/m", 200)
-
-
-class Input(Table):
-    """A signal u(t) that formulas use by its name."""
-
-    formula: Value | None = key("the signal", None, names=TIME)
-    road: Road | None = key("a random road, added to the formula", None)
-    unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
 
 
 class Base(Table):
@@ -299,6 +276,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
         "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
     )
     parameters: dict[str, Parameter] = {}
+    curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}
     base: Base | None = None
     bodies: dict[str, Body] = {}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from eomgen.scene.names import shown
@@ -57,9 +57,12 @@ def _as_list(value: object) -> object:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
+Description = Annotated[str, Field(max_length=10_000)]
+Unit = Annotated[str, Field(max_length=64)]
 Finite = Annotated[float, PlainValidator(_number), WithJsonSchema(NUMBER_SCHEMA)]
 Value = Annotated[float | str, PlainValidator(_value), WithJsonSchema(VALUE_SCHEMA)]
 Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3))]
+Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2))]
 Values = Annotated[
     tuple[Value, ...],
     BeforeValidator(_as_list),

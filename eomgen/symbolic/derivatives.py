@@ -171,6 +171,9 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
     operands = tape.operands(node)
     if op in UNARY:
         return [(0, _derivative(tape, node, op, operands[0]))]
+    if op is Op.CURVE:
+        curve, order = tape.curves[tape.b[node]]
+        return [(0, tape.curve(curve, order + 1, operands[0]))]
     if op in (Op.SELECT, Op.MIN, Op.MAX):
         condition, _, _ = _choice(tape, op, operands)
         weights = (tape.select(condition, ONE, ZERO), tape.select(condition, ZERO, ONE))

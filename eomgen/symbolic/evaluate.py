@@ -5,6 +5,7 @@ Both are oracles: NumPy for batches and complex step (Squire and Trapp 1998), mp
 
 from __future__ import annotations
 
+import bisect
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.symbolic.operations import CurveLike
 from eomgen.symbolic.tape import InputSymbol, Op, Ref, Tape
 
 if TYPE_CHECKING:
@@ -57,6 +59,10 @@ def run(
             if number not in of_maps:
                 of_maps[number] = _run_map(cast("Map", tape.maps[number]), value, arithmetic)
             values[node] = of_maps[number][tape.b[node]]
+        elif op is Op.CURVE:
+            curve, derivative = tape.curves[tape.b[node]]
+            result = arithmetic.rules[op](value(tape.a[node]), curve, derivative)
+            values[node] = result if visit is None else visit(node, result)
         else:
             result = arithmetic.rules[op](*[value(ref) for ref in tape.operands(node)])
             values[node] = result if visit is None else visit(node, result)
@@ -189,6 +195,7 @@ _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
     Op.LT: lambda x, y: np.where(np.real(x) < np.real(y), 1.0, 0.0),
     Op.LE: lambda x, y: np.where(np.real(x) <= np.real(y), 1.0, 0.0),
     Op.SELECT: lambda condition, x, y: np.where(np.real(condition) != 0.0, x, y),
+    Op.CURVE: lambda x, curve, derivative: curve(x, derivative),
 }
 
 
@@ -204,6 +211,14 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
         cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
         return angle + mpmath.atan((cosine * y - sine * x) / (cosine * x + sine * y))  # turned to where arctan is analytic
 
+    def polynomial(x: Any, curve: CurveLike, derivative: int) -> Any:
+        """Return a curve between its first and last break, without what its doubles round."""
+        piece = min(max(bisect.bisect_right(curve.breaks, float(re(x))) - 1, 0), len(curve.breaks) - 2)
+        local, coefficients = x - mpmath.mpf(curve.breaks[piece]), list(map(mpmath.mpf, curve.coefficients[piece]))
+        for _ in range(derivative):
+            coefficients = [power * value for power, value in enumerate(coefficients)][1:]
+        return mpmath.polyval(coefficients[::-1], local) if coefficients else zero
+
     return {
         **_ARITHMETIC,
         **{op: getattr(mpmath, name) for op, name in _FUNCTIONS.items()},
@@ -216,4 +231,5 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
         Op.LT: lambda x, y: one if re(x) < re(y) else zero,
         Op.LE: lambda x, y: one if re(x) <= re(y) else zero,
         Op.SELECT: lambda condition, x, y: x if re(condition) != 0 else y,
+        Op.CURVE: polynomial,
     }

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.symbolic.map import record
+from eomgen.symbolic.operations import CurveLike
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
 
 Jet = Sequence[Ref]
@@ -56,6 +57,9 @@ def jets(tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymb
 
                 of_maps[number] = map_jets(tape, number, jet, order)
             known[node] = of_maps[number][tape.b[node]]
+        elif op is Op.CURVE:
+            curve, derivative = tape.curves[tape.b[node]]
+            known[node] = algebra.curve(curve, derivative, jet(tape.a[node]))
         else:
             operands = [jet(ref) for ref in tape.operands(node)]
             value = record(tape, op, [operand[0] for operand in operands])
@@ -138,6 +142,13 @@ class JetAlgebra:
                 return [value, *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True))]
             case _:  # SIGN, LT and LE are flat
                 return flat
+
+    def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
+        """Return the jet of a curve: its rate is its next derivative, whose jet is one coefficient shorter, times that of x."""
+        value = self.tape.curve(curve, derivative, x[0])
+        if not _varies(x):
+            return [value] + [ZERO] * (len(x) - 1)
+        return self.integrate(value, self.multiply(self.curve(curve, derivative + 1, x[:-1]), self.rate(x)))
 
     def scale(self, factor: Ref, x: Jet) -> list[Ref]:
         return [self.tape.mul(factor, ref) for ref in x]

@@ -213,6 +213,8 @@ def splice(
                 )
                 of_maps[number] = (unroll(target, loop) if unrolled else add_map(target, loop)).flat
             copy[node] = of_maps[number][source.b[node]]
+        elif op is Op.CURVE:
+            copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))
         else:
             copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
     return [there(ref) for ref in refs]

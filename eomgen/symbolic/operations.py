@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, auto
+from typing import Any, Protocol
 
 
 class Op(IntEnum):
@@ -39,6 +40,7 @@ class Op(IntEnum):
     LE = auto()
     SELECT = auto()
     MAP = auto()  # operand a: number of the Map on this tape, operand b: number of its result
+    CURVE = auto()  # operand a: argument, operand b: number of the curve and derivative on this tape
 
 
 ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
@@ -58,6 +60,32 @@ FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
     Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max,
     Op.LT: lambda x, y: float(x < y), Op.LE: lambda x, y: float(x <= y),
 }  # fmt: skip
+
+
+class CurveLike(Protocol):
+    """A function of one number that is a table: polynomials between breaks (``scene.curve.Curve`` is one).
+
+    Attributes
+    ----------
+    breaks : (pieces + 1,) array
+    coefficients : (pieces, degree + 1) array
+        In powers of x - (start of the piece), lowest first.
+    outside : ``error``, ``hold`` or ``periodic``
+    held : values before the first and from the last break on, where they are held.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def breaks(self) -> Any: ...
+    @property
+    def coefficients(self) -> Any: ...
+    @property
+    def outside(self) -> str: ...
+    @property
+    def held(self) -> tuple[float, float]: ...
+    def kinks(self) -> Sequence[tuple[float, int]]: ...
+    def __call__(self, x: Any, derivative: int = 0) -> Any: ...
 
 
 @dataclass(frozen=True)

@@ -154,4 +154,5 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
         Op.EXP: sympy.exp, Op.LOG: sympy.log, Op.POW: sympy.Pow, Op.ABS: sympy.Abs, Op.SIGN: sympy.sign,
         Op.MIN: sympy.Min, Op.MAX: sympy.Max, Op.LT: lambda x, y: indicator(x < y), Op.LE: lambda x, y: indicator(x <= y),
         Op.SELECT: select,
+        Op.CURVE: lambda x, curve, derivative: sympy.Function(f"{curve.name}_{derivative}" if derivative else curve.name)(x),
     }  # fmt: skip

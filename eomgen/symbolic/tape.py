@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, InputSymbol, Op
+from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op
 
 __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref", "Tape", "dot"]
 
@@ -34,6 +34,8 @@ class Tape:
         What the nodes from here on mean physically; becomes comments in the C.
     maps : list of Map
         Loops over identical elements (see ``map.py``).
+    curves : list of (curve, derivative)
+        Functions of one number that are tables, and which derivative of them is taken.
     """
 
     op: list[Op] = field(default_factory=list)
@@ -44,6 +46,7 @@ class Tape:
     inputs: list[InputSymbol] = field(default_factory=list)
     blocks: list[tuple[int, str]] = field(default_factory=list)
     maps: list[object] = field(default_factory=list)
+    curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
     _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
     _input_ids: dict[InputSymbol, int] = field(default_factory=dict, repr=False)
@@ -189,6 +192,17 @@ class Tape:
         """Return the reference of one scalar result of a Map that is on this tape."""
         return self._node(Op.MAP, map_number, result)
 
+    def curve(self, curve: CurveLike, derivative: int, x: Ref) -> Ref:
+        """Return a derivative (0: the value) of a curve at x. Raises ValueError where a constant x is outside of it."""
+        number = self.value(x)
+        if number is not None:
+            return self.constant(float(curve(number, derivative)))
+        known = next((k for k, (other, order) in enumerate(self.curves) if other is curve and order == derivative), None)
+        if known is None:
+            known = len(self.curves)
+            self.curves.append((curve, derivative))
+        return self._node(Op.CURVE, x, known)
+
     def power(self, x: Ref, exponent: int) -> Ref:
         """Return x to an integer exponent by repeated squaring."""
         if exponent < 0:
@@ -232,7 +246,7 @@ class Tape:
             return (self.a[node], self.b[node], self.c[node])
         if op is Op.MAP:
             return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]  # maps hold Map, which knows Tape
-        if op in UNARY:
+        if op in UNARY or op is Op.CURVE:
             return (self.a[node],)
         return (self.a[node], self.b[node])
 
@@ -269,7 +283,7 @@ class Tape:
                     total = total + self.maps[self.a[node]].counts()  # type: ignore[attr-defined]
                 continue
             tally[op] += 1
-        functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2]
+        functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[Op.CURVE]
         selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[Op.SELECT]
         statements = sum(count for op, count in tally.items() if op not in LEAVES)
         return total + Counts(tally[Op.ADD] + tally[Op.SUB], tally[Op.MUL], tally[Op.DIV], functions, selections, statements)

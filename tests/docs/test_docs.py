@@ -79,7 +79,10 @@ def test_whole_scenes_are_derived(block: Block) -> None:
 
 
 @pytest.mark.parametrize("block", PIECES, ids=place)
-def test_pieces_fit_into_the_example(block: Block) -> None:
+def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for table in blocks("csv"):
+        Path(table.text.split("\n", 1)[0].removeprefix("# ")).write_text(table.text, encoding="utf-8")
     data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in SECTIONS else entries
@@ -148,6 +151,7 @@ def test_every_key_of_the_schema_is_on_the_page() -> None:
     top = in_backticks(texts["Top level"])
     for key, node in description["properties"].items():
         text = texts[key] if key in texts else texts["Top level"]
+        text += "".join(texts.get(link, "") for link in sorted(set(re.findall(r"\]\(#(\w+)\)", text)) - {key}))
         assert key in texts or key in top, f"{key} has no place on the page"
         missing = words_of(node, description["$defs"]) - in_backticks(text) - set("BCDEFG")
         assert not missing, f"docs/scene.md, section {key}: {sorted(missing)} not described"

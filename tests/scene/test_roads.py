@@ -113,7 +113,9 @@ def test_builder_and_file_say_the_same() -> None:
     ("road", "message"),
     [
         ({"class": "Z", "speed": 20}, "inputs.road.road.class): 'Z' is not known here; try: one of A, B, C, D, E, F, G or H"),
-        ({"speed": 20}, "inputs.road.road.class): the key class is missing"),
+        ({"speed": 20}, "inputs.road.road): a road needs one of class, table, points, bump, not none; try: class = \"C\""),
+        ({"class": "C", "bump": {"length": 1, "height": 1}, "speed": 20}, "points, bump, not class and bump"),
+        ({"class": "C", "speed": 20, "outside": "hold"}, "road.road.outside): outside is for points and tables, not for a class"),
         ({"clas": "C", "class": "C", "speed": 20}, "road.clas): the key 'clas' is unknown here; try: class"),
         ({"class": "C"}, "inputs.road.road.speed): the key speed is missing"),
         ({"class": "C", "speed": 0}, "road.speed): the speed 0 m/s is not between 0 and 10000; try: a speed such as 20"),
@@ -136,8 +138,8 @@ def test_refusals_name_key_and_remedy(road: object, message: str) -> None:
 
 def test_json_schema_knows_roads() -> None:
     definitions = schema()["$defs"]
-    assert definitions["Road"]["properties"]["class"]["enum"] == list("ABCDEFGH")
-    assert definitions["Road"]["required"] == ["class", "speed"]
+    assert definitions["Road"]["properties"]["class"]["anyOf"][0]["enum"] == list("ABCDEFGH")
+    assert definitions["Road"]["required"] == ["speed"]
     assert definitions["Road"]["properties"]["harmonics"]["maximum"] == 2000
     assert "road" in definitions["Input"]["properties"]
     json.dumps(definitions)

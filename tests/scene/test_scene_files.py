@@ -355,7 +355,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ('initial = { orientation = [1, 0, 0, 0] }', "a revolute joint has no initial orientation; try: position"),
         ('initial = { speed = 1 }', "(joints.hinge.initial.speed): the key 'speed' is unknown here; try: one of position,"),
         ('[inputs]\nlength = {}', "(inputs.length): the name length is both a parameter and an input"),
-        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time and parameters only"),
+        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters and curves"),
         ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
         ('[springs]\ns = { first = "a", second = "b" }', "(springs.s.first): there is no point 'a'; try: a [points] section"),
         ('[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }', "connects the point a to itself"),

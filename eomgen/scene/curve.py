@@ -1,0 +1,180 @@
+"""A curve: a function of one number with derivatives, as polynomials between breaks; what tables, points and waves become.
+
+The quintic spline through points is the one of least integral of the third derivative squared (natural ends), or of given ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Interpolation = Literal["quintic", "linear", "steps"]
+Outside = Literal["error", "hold", "periodic"]
+
+#: An argument that is this much of the range outside of it is taken for rounding of the last point.
+EDGE = 1e-9
+#: An argument that lies this many units in its last place before a break is taken for the break.
+SNAP = 8.0
+_EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Bump:
+    """A haversine bump: height/2 (1 - cos(2 pi (x - position)/length)) from ``position`` over ``length``, zero elsewhere."""
+
+    name: str
+    position: float
+    length: float
+    height: float
+
+    def kinks(self) -> list[tuple[float, int]]:
+        """Return where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
+        return [(self.position, 2), (self.position + self.length, 2)]
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A sum of harmonics (amplitude, angular frequency, phase): amplitude cos(angular frequency x + phase) each."""
+
+    name: str
+    harmonics: tuple[tuple[float, float, float], ...]
+
+    def kinks(self) -> list[tuple[float, int]]:
+        """Return nothing: the curve is smooth."""
+        return []
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve through points.
+
+    Attributes
+    ----------
+    x, y : (n,) arrays
+        Points, x in increasing order; ``linear`` may hold an x twice, where the curve jumps. A periodic curve of steps ends
+        with the x at which it begins anew.
+    interpolation : str
+        ``quintic``: four times continuously differentiable. ``linear``. ``steps``: each value until the next point.
+    outside : str
+        ``error``: not a number beyond the points, and natural ends (third and fourth derivative zero). ``hold``: the values at
+        the ends, and a spline that comes to rest there (first and second derivative zero). ``periodic``: the last point is the
+        first of the next period, and a spline is as smooth there as elsewhere.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    interpolation: Interpolation = "quintic"
+    outside: Outside = "error"
+
+    @property
+    def start(self) -> float:
+        return float(self.x[0])
+
+    @property
+    def end(self) -> float:
+        return float(self.x[-1])
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Where one polynomial follows another, (pieces + 1,)."""
+        return np.unique(self.x)
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """Coefficients of each piece in powers of x - (its start), lowest first: (pieces, degree + 1)."""
+        if self.interpolation == "steps":
+            return np.ascontiguousarray(self.y[:-1, np.newaxis])
+        if self.interpolation == "linear":
+            wide = np.diff(self.x) > 0.0
+            low, rise = self.y[:-1][wide], np.diff(self.y)[wide]
+            return np.stack([low, rise / np.diff(self.x)[wide]], axis=1)
+        return _quintic(self.x, self.y, self.outside)
+
+    @property
+    def held(self) -> tuple[float, float]:
+        """Values before the first and from the last point on, where they are held."""
+        return float(self.y[0]), float(self.y[-1])
+
+    def kinks(self) -> list[tuple[float, int]]:
+        """Return where the curve is not smooth: (x, lowest derivative that jumps); 0 for the value itself.
+
+        A periodic curve has those of one period, its start included. The ends of a curve of ``error`` are none: there is
+        nothing beyond them. Derivatives of a spline jump from the third on, where methods do not notice.
+        """
+        if self.interpolation == "quintic":
+            return []
+        low, slope = self.coefficients[:, 0], self.coefficients[:, 1:].sum(axis=1)
+        high = low + slope * np.diff(self.breaks)
+        before, after = (high, slope), (low, slope)
+        if self.outside == "periodic":
+            places = self.breaks[:-1]
+            left, right = ([np.roll(part, 1) for part in before], list(after))
+        else:
+            places = self.breaks
+            first, last = float(self.y[0]), float(self.y[-1])
+            left = [np.append(first, high), np.append(0.0, slope)]
+            right = [np.append(low, last), np.append(slope, 0.0)]
+            if self.outside == "error":
+                places, left, right = places[1:-1], [part[1:-1] for part in left], [part[1:-1] for part in right]
+        scale = np.max(np.abs(self.y)) or 1.0
+        steepest = np.max(np.abs(slope), initial=0.0)
+        jumps = np.abs(right[0] - left[0]) > 1e-12 * scale
+        bends = np.abs(right[1] - left[1]) > 1e-12 * steepest
+        return [
+            (float(place), 0 if jump else 1) for place, jump, bend in zip(places, jumps, bends, strict=True) if jump or bend
+        ]
+
+    def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
+        """Return the curve, or a derivative of it, at x (...); with complex x, what a complex step needs."""
+        x = np.asarray(x)
+        if np.iscomplexobj(x):
+            real: NDArray[Any] = self(x.real, derivative) + 1j * x.imag * self(x.real, derivative + 1)
+            return real
+        breaks, pieces = self.breaks, len(self.breaks) - 1
+        start, end = breaks[0], breaks[-1]
+        snapped = x + SNAP * _EPSILON * np.abs(x)
+        if self.outside == "periodic":
+            turns = np.floor((snapped - start) / (end - start)) * (end - start)
+            x, snapped = x - turns, snapped - turns
+        beyond = (snapped < start) | (snapped > end)
+        piece = np.clip(np.searchsorted(breaks, snapped, side="right") - 1, 0, pieces - 1)
+        inside = np.clip(x, start, end) if self.outside == "hold" else x
+        local = inside - breaks[piece]
+        value = np.zeros(np.shape(x))
+        for power in range(self.coefficients.shape[1] - 1, derivative - 1, -1):
+            factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+            value = value * local + factor * self.coefficients[piece, power]
+        if self.outside == "hold":
+            held = np.where(snapped < start, self.y[0], self.y[-1]) if derivative == 0 else 0.0
+            value = np.where((snapped < start) | (snapped >= end), held, value)
+        if self.outside == "error":
+            margin = EDGE * (end - start)
+            value = np.where(beyond & ((x < start - margin) | (x > end + margin)), np.nan, value)
+        return value
+
+
+def _quintic(x: Array, y: Array, outside: Outside) -> Array:
+    from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415  # slow to import, and needed only when deriving
+
+    ends: Any = "periodic"
+    if outside == "hold":
+        ends = ([(1, 0.0), (2, 0.0)], [(1, 0.0), (2, 0.0)])
+    elif outside == "error":
+        ends = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
+    if outside == "error" and len(x) == 2:
+        return np.array([[y[0], (y[1] - y[0]) / (x[1] - x[0])]])
+    if outside == "periodic":
+        y = np.append(y[:-1], y[0])
+    spline: Any = make_interp_spline(x, y, k=5, bc_type=ends)
+    pieces = PPoly.from_spline(spline)
+    found = np.searchsorted(pieces.x, x[:-1], side="right") - 1  # from_spline keeps empty pieces at the ends
+    return np.ascontiguousarray(pieces.c[::-1, found].T)
+
+
+AnyCurve = Curve | Bump | Waves

@@ -1,0 +1,145 @@
+"""Compiled curves: the numbers of Python in every number type; as input, base motion and force; in the stand-alone program."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.mechanics.derive import derive
+from eomgen.scene.curve import Curve
+from tests.codegen.hand_made import call, compile_system
+from tests.codegen.test_render import STRICT
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+POINTS = [[0, 0], [0.1, 0.02], [0.25, -0.01], [0.5, 0.03], [1, 0], [1.3, 0.01], [3, 0]]
+EVEN = [[0.25 * k, 0.1 * (k * (12 - k) % 7)] for k in range(13)]
+T = np.concatenate([np.linspace(-1, 4, 501), [x for x, _ in POINTS]])
+
+
+def scene() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("cart").body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.curve("shake", points=POINTS, outside="hold").curve("even", points=EVEN, outside="periodic")
+    builder.curve("bent", points=POINTS, interpolation="linear", outside="error")
+    builder.curve("spring", points=[[-1, -9], [0, 0], [1, 4]])
+    builder.curve("hump", bump={"length": 0.5, "height": 0.1, "position": 1.0})
+    builder.curve("road", road={"class": "C", "harmonics": 20})
+    builder.input("table", points=POINTS, outside="hold").input("pulse", points=[[0, 0], [1, 5], [1.2, 0]], interpolation="steps")
+    builder.input("square", wave={"shape": "square", "period": 0.3, "low": -1})
+    builder.input("triangle", wave={"shape": "triangle", "period": 0.7, "start": 0.1, "duty": 0.2})
+    builder.input("saw", wave={"shape": "sawtooth", "period": 0.7, "high": 2})
+    builder.input("rate", "derivative.even(2 * t) + second_derivative.hump(t) + derivative.hump(t) + hump(t)")
+    builder.input("wheel", "derivative.road(20 * t) - road(20 * t)")
+    builder.base(["shake(t)", 0, "even(t)"], [([0, 0, 1], "shake(2 * t)")])
+    builder.effort("spring", "rail", "-spring(0.3 * sin(q.rail)) + table + bent(abs(q.rail))")
+    return builder.build()
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    return eomgen.build(scene(), profile="reproducible")
+
+
+def curve(name: str) -> Curve:
+    found = next(curve for curve in scene().curves if curve.name == name)
+    assert isinstance(found, Curve)
+    return found
+
+
+def near(found: np.ndarray, expected: np.ndarray) -> bool:
+    return bool(np.max(np.abs(found - expected)) <= 1e-15 * np.max(np.abs(expected)))
+
+
+def test_inputs(model: eomgen.Model) -> None:
+    u = dict(zip(model.inputs, model.input_values(T).T, strict=True))
+    for name in ("table", "pulse", "square", "triangle", "saw"):
+        assert near(u[name], curve(f"inputs.{name}")(T)), name
+    along = (T - 1.0) / 0.5
+    on = (along >= 0) & (along < 1)
+    w = 4 * np.pi
+    bump = [0.05 * (1 - np.cos(w * (T - 1))), 0.05 * w * np.sin(w * (T - 1)), 0.05 * w * w * np.cos(w * (T - 1))]
+    expected = curve("even")(2 * T, 1) + sum(np.where(on, part, 0.0) for part in bump)
+    assert np.max(np.abs(u["rate"] - expected)) <= 1e-13 * np.max(np.abs(expected))
+
+
+def test_the_derivative_of_a_road(model: eomgen.Model) -> None:
+    t, step = np.linspace(0, 2, 50), 1e-5
+    place = model.inputs.index("wheel")
+    road = scene().curves[[item.name for item in scene().curves].index("road")]
+    heights = [sum(a * np.cos(w * 20 * at + p) for a, w, p in road.harmonics) for at in (t - step, t, t + step)]  # type: ignore[union-attr]
+    expected = (heights[2] - heights[0]) / (40 * step) - heights[1]
+    assert np.allclose(model.input_values(t)[:, place], expected, rtol=0, atol=1e-6)
+
+
+def test_base_motion(model: eomgen.Model) -> None:
+    base, shake, even = model.base(T), curve("shake"), curve("even")
+    angle = shake(2 * T)
+    assert near(base[:, 4], shake(T)) and near(base[:, 6], even(T)) and near(base[:, 9], 2 * shake(2 * T, 1))
+    assert near(base[:, 15], 4 * shake(2 * T, 2)) and near(base[:, 12], even(T, 1)) and near(base[:, 18], even(T, 2))
+    assert np.allclose(base[:, 10], np.cos(angle) * shake(T, 1), rtol=0, atol=1e-14)
+
+
+def test_forces_and_their_partials(model: eomgen.Model) -> None:
+    q, v, a = np.array([[0.4], [1.2], [-2.0]]), np.zeros((3, 1)), np.zeros((3, 1))
+    spring, bent = curve("spring"), curve("bent")
+    stiffness = spring(0.3 * np.sin(q), 1) * 0.3 * np.cos(q) - bent(np.abs(q), 1) * np.sign(q)
+    K, _, _ = model.partials(q, v, a, 0.2, base=np.eye(19)[0])
+    assert np.allclose(K[:, :, 0], stiffness, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("real", ["float", "complex", "lanes"])
+def test_other_number_types(real: str, model: eomgen.Model, tmp_path: Path) -> None:
+    library = compile_system(derive(scene(), ["mass"]), tmp_path, real=real)
+    t = np.linspace(0.01, 2.9, 83)
+    (values,) = call(library, "inputs", {"t": (t + 1e-30j if real == "complex" else t)[:, np.newaxis]})
+    expected = model.input_values(t)
+    if real == "float":
+        smooth = [0, 4, 5]
+        assert np.max(np.abs(values - expected)[:, smooth]) <= 1e-5 * np.max(np.abs(expected[:, smooth]))
+        return
+    assert np.max(np.abs(np.real(values) - expected)) <= 1e-14 * np.max(np.abs(expected))
+    if real == "complex":
+        assert near(np.imag(values)[:, 0] / 1e-30, curve("inputs.table")(t, 1))
+
+
+def test_a_curve_ends_and_so_does_the_run() -> None:
+    builder = eomgen.SceneBuilder("cart").body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.input("push", points=POINTS).effort("push", "rail", "push")
+    model = eomgen.build(builder.build())
+    assert model.simulate(3.0, 1e-2).success
+    solution = model.simulate(3.5, 1e-2)
+    assert not solution.success and solution.t[-1] == pytest.approx(3.0)
+    assert "the first block that is not finite is the input push at t" in solution.message
+
+
+def test_the_folder_stands_alone_with_its_tables(tmp_path: Path, model: eomgen.Model) -> None:
+    folder = tmp_path / "c"
+    eomgen.generate(scene(), folder)
+    assert {"cart_curves.c", "cart_curves.h"} <= {path.name for path in folder.iterdir()}
+    sources = sorted(str(path) for path in folder.glob("*.c"))
+    program = str(tmp_path / "program")
+    command = [shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"]
+    subprocess.run(command, check=True, capture_output=True)
+    printed = subprocess.run([program, "1", "1e-3", "100"], check=True, capture_output=True, text=True).stdout.splitlines()
+    rows = np.array([[float(value) for value in line.split(",")] for line in printed[1:]])
+    solution = model.simulate(1.0, 1e-3, record_every=100)
+    assert solution.success and np.max(np.abs(solution.q)) > 1e-3
+    assert np.allclose(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]), rtol=1e-12, atol=1e-14)
+
+
+def test_a_table_that_changes_makes_a_new_model(tmp_path: Path) -> None:
+    head = 'format = 1\nname = "cart"\n[bodies.cart]\nmass = 1\n[joints.rail]\ntype = "prismatic"\nparent = "base"\n'
+    head += 'child = "cart"\naxis = [1, 0, 0]\n'
+    text = '[inputs.push]\ntable = { file = "push.csv" }\n[efforts.push]\njoint = "rail"\neffort = "push"\n'
+    (tmp_path / "scene.toml").write_text(head + text)
+    found = []
+    for value in (1, 2):
+        (tmp_path / "push.csv").write_text(f"0,{value}\n1,{value}\n2,{value}\n")
+        found.append(eomgen.build(tmp_path / "scene.toml").input_values(0.5)[0])
+    assert found == pytest.approx([1.0, 2.0])
