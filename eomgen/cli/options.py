@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from eomgen.errors import Problem, UsageError
+from eomgen.scene.unit_labels import in_label
+from eomgen.scene.units import is_quantity
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Input, Parameter
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -62,9 +67,9 @@ def terms_option(command: Command) -> Command:
     )(command)
 
 
-def assignments(option: str, texts: Sequence[str]) -> dict[str, float]:
-    """Return what ``name=value`` texts say. Raises UsageError."""
-    values: dict[str, float] = {}
+def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
+    """Return what ``name=value`` texts say; a number with a unit stays a text. Raises UsageError."""
+    values: dict[str, float | str] = {}
     for text in texts:
         name, equals, number = text.partition("=")
         if not equals or not name.strip():
@@ -72,10 +77,20 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float]:
         try:
             values[name.strip()] = float(number)
         except ValueError:
-            raise UsageError(
-                Problem(f"{option} {text}", f"{number.strip()!r} is not a number", f"{option} {name.strip()}=0.5")
-            ) from None
+            if not is_quantity(number):
+                what = f"{number.strip()!r} is not a number"
+                raise UsageError(Problem(f"{option} {text}", what, f"{option} {name.strip()}=0.5")) from None
+            values[name.strip()] = number
     return values
+
+
+def in_units(option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input]) -> dict[str, float]:
+    """Return numbers, those with a unit converted to the unit of what they are given for. Raises UsageError."""
+    labels = {owner.name: owner.unit for owner in owners}
+    return {
+        name: in_label(f"{option} {name}={value}", value, labels.get(name, "")) if isinstance(value, str) else value
+        for name, value in values.items()
+    }
 
 
 def _folder(context: click.Context, parameter: click.Parameter, value: str) -> str:

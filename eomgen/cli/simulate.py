@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from eomgen.cli.options import assignments, debug_option, folder_option, json_option, scene_options
+from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
 from eomgen.cli.printing import console, counted, finite, print_json, print_table, say
 from eomgen.errors import NumericalError
 
@@ -64,8 +64,9 @@ def simulate(
     from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.runtime.files import make_folder  # noqa: PLC0415
 
-    chosen, constants = assignments("--set", parameters), assignments("--input", inputs)
+    changes, signals = assignments("--set", parameters), assignments("--input", inputs)
     described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
+    chosen, constants = in_units("--set", changes, described.parameters), in_units("--input", signals, described.inputs)
     target = make_folder(Path(folder))
     with console(stderr=True).status(f"building {described.name}") if sys.stderr.isatty() else contextlib.nullcontext():
         model = pipeline.build(described, method=method)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import FactorLike
 from eomgen.scene.names import nearest, shown
+from eomgen.scene.unit_labels import in_label
 
 Array = NDArray[np.float64]
 
@@ -74,14 +75,24 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
         raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
 
 
-def by_name(what: str, values: Mapping[str, Any], names: Sequence[str], start: Array, fixed: Sequence[str] = ()) -> Array:
+def by_name(
+    what: str,
+    values: Mapping[str, Any],
+    names: Sequence[str],
+    start: Array,
+    fixed: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> Array:
     """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast.
 
-    ``fixed`` are names that exist but cannot be given.
+    ``fixed`` are names that exist but cannot be given; with ``units``, texts such as "300 mm" are brought to the unit of a name.
     """
     given: dict[int, Array] = {}
-    for name, value in values.items():
+    for name, text_or_numbers in values.items():
         check_name(what, name, names, fixed)
+        value = text_or_numbers
+        if isinstance(value, str) and units is not None:
+            value = in_label(f"{what} {name}", value, units.get(name, ""))
         given[names.index(name)] = numbers(f"{what} {name}", value)
     try:
         shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))

@@ -16,7 +16,7 @@ from eomgen.runtime.coordinates import Factor
 from eomgen.runtime.functions import Functions
 
 Array = NDArray[np.float64]
-Parameters = Mapping[str, ArrayLike] | ArrayLike | None
+Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
 Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 
 
@@ -37,6 +37,7 @@ class Terms:
         self.moving_base = bool(layout["facts"]["moving_base"])
         self.fixed_parameters = tuple(fixed_parameters)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
+        self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
         self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
         self._defaults = np.array([item["value"] for item in layout["parameters"]], dtype=float)
         self._defaults.setflags(write=False)
@@ -46,7 +47,8 @@ class Terms:
         if parameters is None:
             return self._defaults
         if isinstance(parameters, Mapping):
-            array = by_name("parameter", parameters, self.parameter_names, self._defaults, self.fixed_parameters)
+            fixed, units = self.fixed_parameters, self.parameter_units
+            array = by_name("parameter", parameters, self.parameter_names, self._defaults, fixed, units)
         else:
             array = components("parameters", parameters, len(self.parameter_names))
         check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])

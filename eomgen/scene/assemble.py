@@ -30,6 +30,7 @@ from eomgen.scene.roads import Harmonic
 from eomgen.scene.schema_signals import Input
 from eomgen.scene.tree import Link, ordered
 from eomgen.scene.values import Values
+from eomgen.scene.written_units import in_si
 
 
 def from_data(
@@ -73,6 +74,7 @@ def from_data(
     if not data and not report.found:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
+    data, labels = in_si(data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
@@ -84,7 +86,7 @@ def from_data(
         **result,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + (digest(curves).encode() if curves else b""),
-        notes=tuple(notes),
+        notes=(*notes, *labels),
         metadata=dict(metadata or {}),
     )
 

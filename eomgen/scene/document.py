@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from eomgen.scene.names import is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.schema import SECTIONS, Document
-from eomgen.scene.schema_values import described
+from eomgen.scene.schema_values import Refused, described
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:
@@ -34,7 +34,8 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
             what, hint = _explained(detail["type"], detail["msg"], location, detail.get("input"))
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = _child_hint(data)
-            report.add(key_of(*location), what, hint)
+            if not isinstance(detail.get("input"), Refused):
+                report.add(key_of(*location), what, hint)
             section = str(location[0])
             if section in SECTIONS and len(location) > 1 and isinstance(kept.get(section), Mapping):
                 refused[section].add(str(location[1]))

@@ -10,6 +10,7 @@ import unicodedata
 from eomgen.errors import DescriptionError, Problem
 from eomgen.scene.formula_scope import WORDS
 from eomgen.scene.names import shown
+from eomgen.scene.units import in_formula
 
 TEXT_LENGTH = 2000
 DEPTH = 50
@@ -24,7 +25,7 @@ _ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "<
 _ADVICE |= {"&&": "and", "||": "or", "!": "not"}
 #: Words that users of degrees write, and what to tell them.
 DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
-IN_RADIANS = "angles are in radians: 45 * pi / 180"
+IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
 TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
 _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
@@ -76,6 +77,8 @@ class FormulaText:
             elif kind == "number":
                 piece = self.number_text(token, column, match.end())
             elif kind == "name":
+                if before[0] == "number" and token not in WORDS:
+                    raise self.beside(before[1], token, self.columns[-1] if pieces[-1] != " " else self.columns[-2])
                 piece = token if token in WORDS and before != ("operator", ".") else PREFIX + token
             elif token in _OPERATORS:
                 brackets += (token in "([") - (token in ")]")
@@ -95,14 +98,20 @@ class FormulaText:
     def number_text(self, token: str, column: int, end: int) -> str:
         if end < len(self.text) and (self.text[end].isalnum() or self.text[end] == "_"):
             word = re.match(r"[A-Za-z_0-9]*", self.text[end:])
-            hint = IN_RADIANS if word is not None and word[0] in DEGREES else f"a * after {token[:20]}"
-            raise FormulaError(f"the number {shown(token)} runs into a name", column, hint)
+            raise self.beside(token, word[0] if word else "", column)
         if token.isdigit() and len(token) <= 15:
             return str(int(token))
         value = float(token)
         if not math.isfinite(value):
             raise FormulaError(f"the number {shown(token)} is too large", column, "a number below 1e308")
         return repr(value)
+
+    def beside(self, number: str, word: str, column: int) -> FormulaError:
+        """Return what is wrong with a number that a word follows."""
+        if word in DEGREES:
+            return FormulaError(f"the number {shown(number)} runs into a name", column, IN_RADIANS)
+        what, hint = in_formula(number, word)
+        return FormulaError(what, column, hint)
 
     def refused(self, token: str, column: int) -> FormulaError:
         if token in _ADVICE:

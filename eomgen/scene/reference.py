@@ -1,7 +1,7 @@
 """The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.reference docs/scene.md`` renews them.
 
-A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of ``schema``; all else on the page is
-written by hand.
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of ``schema``; that of units between
+``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from eomgen.scene import schema, schema_places, schema_signals
@@ -21,6 +20,7 @@ from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS,
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_places import Rotations
 from eomgen.scene.schema_values import Description, Finite, Matrix, Triple, Unit, Value, Values
+from eomgen.scene.unit_table import UNITS
 
 COMMAND = "python -m eomgen.scene.reference docs/scene.md"
 #: Titles of scopes on the page.
@@ -33,6 +33,7 @@ SCOPES: dict[Scope, str] = {
     EVERYTHING: "of everything",
 }
 _MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+_UNITS = re.compile(r"(<!-- units -->\n).*?(<!-- end -->)", re.DOTALL)
 _KINDS: tuple[tuple[Any, str], ...] = (
     (Finite, "number"),
     (Value, "value"),
@@ -49,7 +50,7 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
 
-def tables() -> dict[str, type[BaseModel]]:
+def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
@@ -58,7 +59,7 @@ def tables() -> dict[str, type[BaseModel]]:
     }
 
 
-def table(model: type[BaseModel]) -> str:
+def table(model: type[Table]) -> str:
     """Return the Markdown table of a class of the schema: a row for each key of its own that has a description."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
@@ -72,7 +73,19 @@ def table(model: type[BaseModel]) -> str:
 def renewed(page: str) -> str:
     """Return the text of a page with its tables as the schema has them."""
     known = tables()
+    page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
     return _MARKED.sub(lambda match: match[1] + table(known[match[2]]) + match[4], page)
+
+
+def units() -> str:
+    """Return the Markdown table of units."""
+    by_kind: dict[str, list[str]] = {}
+    for unit in UNITS:
+        shown = f"`{unit.symbol}`{'*' if unit.prefixed else ''}"
+        words = [word for word in unit.words.split() if word != unit.symbol and "_" not in word]
+        by_kind.setdefault(unit.coherent, []).append(f"{shown} {' or '.join(words)}".strip())
+    rows = [f"| {unit.replace('^2', '²').replace('^3', '³')} | {', '.join(names)} |" for unit, names in by_kind.items()]
+    return "\n".join(["| becomes | from |", "|---|---|", *rows]) + "\n"
 
 
 def described(page: str) -> list[str]:

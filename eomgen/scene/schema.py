@@ -15,10 +15,21 @@ from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS
 from eomgen.scene.schema_forces import Bushing, Friction, Limits
-from eomgen.scene.schema_key import Table, key
+from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
 from eomgen.scene.schema_places import Frame, Rotations
 from eomgen.scene.schema_signals import Curve, Input
-from eomgen.scene.schema_values import NUMBER_SCHEMA, Description, Finite, Inertia, Matrix, Triple, Unit, Value, Values
+from eomgen.scene.schema_values import (
+    NUMBER_SCHEMA,
+    QUANTITY_SCHEMA,
+    Description,
+    Finite,
+    Inertia,
+    Matrix,
+    Triple,
+    Unit,
+    Value,
+    Values,
+)
 
 ORIGIN = (0.0, 0.0, 0.0)
 SECTIONS = (
@@ -41,7 +52,7 @@ SECTIONS = (
 class Parameter(Table):
     """A named number."""
 
-    value: Finite = key("no formula")
+    value: Finite = key("no formula", unit=ANY_UNIT)
     tunable: bool = key("can be changed at every call without compiling again", False)
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
@@ -293,13 +304,30 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files."""
+    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its formulas."""
     description = Document.model_json_schema()
     definitions = description["$defs"]
-    definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, definitions["Parameter"]]}
+    for name, model in tables_of(Document).items():
+        properties = definitions.get(name, description)["properties"]  # the document itself is no definition
+        for key_name, (meaning, _) in fields_of(model).items():
+            _annotate(properties[key_name], meaning)
+    definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
     point = {"type": "string", "description": "the name of a point"}
     definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
     return description
+
+
+def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:
+    """Add to the JSON Schema of a key what its meaning says."""
+    units = every_unit(meaning)
+    if units:
+        entry["x-unit"] = " or ".join(units)
+        entry["description"] += f" ({entry['x-unit']})"
+    if units and entry.get("type") == "number":
+        entry.pop("type")
+        entry["anyOf"] = [NUMBER_SCHEMA, QUANTITY_SCHEMA]
+    if meaning.names is not None:
+        entry["x-names"] = meaning.names.description
 
 
 def json_schema() -> str:

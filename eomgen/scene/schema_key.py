@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
@@ -16,6 +18,8 @@ from eomgen.scene.formula_scope import Scope
 
 #: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
 Units = str | tuple[str, ...]
+#: For what carries its unit with it, as parameters do.
+ANY_UNIT = "any unit"
 
 
 class Table(BaseModel):
@@ -80,3 +84,41 @@ def every_unit(meaning: Meaning) -> tuple[str, ...]:
     by_type = meaning.unit.values() if isinstance(meaning.unit, Mapping) else (meaning.unit,)
     flat = [unit for units in by_type for unit in ((units,) if isinstance(units, str) else units)]
     return tuple(dict.fromkeys(unit for unit in flat if unit))
+
+
+class Inner(NamedTuple):
+    """The tables that a key holds: one, entries by name, or a list of them."""
+
+    shape: Literal["table", "entries", "list"]
+    model: type[Table]
+
+
+def inner_table(annotation: Any) -> Inner | None:
+    """Return what tables a key of an annotation holds; None where it holds none."""
+    origin = get_origin(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return Inner("table", annotation)
+    if origin is Annotated:
+        return inner_table(get_args(annotation)[0])
+    if origin in (Union, UnionType):
+        return next((found for part in get_args(annotation) if (found := inner_table(part)) is not None), None)
+    if origin in (dict, tuple):
+        found = inner_table(get_args(annotation)[1 if origin is dict else 0])
+        return None if found is None else Inner("entries" if origin is dict else "list", found.model)
+    return None
+
+
+@cache
+def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
+    """Return the meaning of each key of a table, as it is written, and what tables it holds."""
+    fields = model.model_fields.items()
+    return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
+
+
+def tables_of(model: type[Table]) -> dict[str, type[Table]]:
+    """Return a class of tables and all that it holds, by name."""
+    found = {model.__name__: model}
+    for _, inner in fields_of(model).values():
+        if inner is not None and inner.model.__name__ not in found:
+            found |= tables_of(inner.model)
+    return found

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, TIME
-from eomgen.scene.schema_key import Table, key
+from eomgen.scene.schema_key import ANY_UNIT, Table, key
 from eomgen.scene.schema_values import Description, Finite, Pair, Unit, Value
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
@@ -103,7 +103,7 @@ class Road(Shape):
 class Input(Shape):
     """A signal u(t) that formulas use by its name: the sum of what its keys say."""
 
-    formula: Value | None = key("a formula", None, names=TIME)
+    formula: Value | None = key("a formula", None, unit=ANY_UNIT, names=TIME)
     wave: Wave | None = key("a periodic signal", None)
     road: Road | None = key("a road at a speed", None)
     unit: Unit = key("label", "")

@@ -12,8 +12,21 @@ from pydantic_core import PydanticCustomError
 from eomgen.scene.names import shown
 
 NUMBER_SCHEMA = {"type": "number"}
-VALUE_SCHEMA: dict[str, Any] = {"anyOf": [NUMBER_SCHEMA, {"type": "string", "description": "a formula"}]}
+VALUE_SCHEMA: dict[str, Any] = {
+    "anyOf": [NUMBER_SCHEMA, {"type": "string", "description": "a formula, or a number with a unit"}]
+}
+QUANTITY_SCHEMA: dict[str, Any] = {
+    "type": "string",
+    "pattern": r"^[ \t]*[+-]?[ \t]*([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?[ \t]*[A-Za-z1]",
+    "description": "a number with a unit",
+}
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+class Refused(str):
+    """A text whose fault is reported already."""
+
+    __slots__ = ()
 
 
 def described(value: object) -> str:

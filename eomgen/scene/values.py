@@ -17,6 +17,7 @@ from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
 from eomgen.scene.scene import Rotation, Vector
 from eomgen.scene.schema_places import Rotation as WrittenRotation
+from eomgen.scene.schema_values import Refused
 
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 
@@ -44,6 +45,8 @@ class Values:
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
         """Return a formula; ``UNKNOWN`` where it cannot be read."""
+        if isinstance(value, Refused):
+            return UNKNOWN
         if not isinstance(value, str):
             return Number(value)
         try:

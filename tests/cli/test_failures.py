@@ -61,6 +61,10 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
         (["simulate", str(scene_file)], "Missing option '--out'"),
         (["simulate", str(scene_file), *out, "--step", "fast"], "'fast' is not a valid float"),
         (["simulate", str(scene_file), *out, "--set", "length"], "usage error: --set length: a name and a number are needed"),
+        (
+            ["simulate", str(scene_file), *out, "--set", "length=3 foo"],
+            "usage error: --set length=3 foo: there is no unit 'foo'; try: foot",
+        ),
         (["simulate", str(scene_file), *out, "--set", "length=long"], "usage error: --set length=long: 'long' is not a number"),
         (["simulate", str(scene_file), *out, "--set", "lenght=1"], "usage error: there is no parameter 'lenght'; try: length"),
         (["simulate", str(fixed), *out, "--set", "shake=1"], "usage error: the parameter shake exists, but its value is fixed"),

@@ -89,6 +89,7 @@ def test_parameters_by_name_by_array_and_by_batch() -> None:
     masses = model.mass(Q, parameters={"length": lengths})
     np.testing.assert_allclose(masses[:, 0, 0], MASS * lengths**2 + INERTIA, rtol=1e-14)
     np.testing.assert_allclose(model.mass(Q, parameters=[0.6, 0.0])[0, 0], masses[1, 0, 0], rtol=0)
+    np.testing.assert_array_equal(model.mass(Q, parameters={"length": "600 mm"}), masses[1])
 
 
 def test_base_can_be_handed_in() -> None:
@@ -155,6 +156,10 @@ def test_inverse_dynamics_is_the_sum_of_its_terms(rng: np.random.Generator) -> N
         (lambda m: m.force(Q, V, T, [1.0, 2.0]), "usage error: u: the shape is (2,), (..., 1) is needed"),
         (lambda m: m.force(Q, V, T, {"torqe": 1.0}), "usage error: there is no input 'torqe'; try: torque"),
         (lambda m: m.mass(Q, parameters={"lenght": 1.0}), "usage error: there is no parameter 'lenght'; try: length"),
+        (
+            lambda m: m.mass(Q, parameters={"length": "600 kg"}),
+            "usage error: parameter length: '600 kg' is a mass, a length in m is expected; try: \"600 m\"",
+        ),
         (lambda m: m.mass(Q, parameters=[1.0]), "usage error: parameters: the shape is (1,), (..., 2) is needed"),
         (
             lambda m: m.mass(Q, parameters={"length": np.nan}),

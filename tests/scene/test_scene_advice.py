@@ -15,16 +15,16 @@ from tests.scene.test_urdf import replaced as urdf_replaced
 
 __all__ = ["shared_cache"]
 
-RADIANS = "try: angles are in radians: 45 * pi / 180"
+RADIANS = 'try: angles are in radians: 45 * pi / 180, or "45 deg" alone'
 
 
 @pytest.mark.parametrize(
     ("formula", "what"),
     [
         ("45 * deg", "unknown name 'deg' (column 6)"),
-        ("45 deg", "the formula is not well formed at 'deg' (column 4)"),
-        ("45deg", "the number '45' runs into a name (column 1)"),
-        ("45\N{DEGREE SIGN}", "the character '\\xb0' (U+00B0 DEGREE SIGN) is not part of formulas (column 3)"),
+        ("-(45 deg)", "the number '45' runs into a name (column 3)"),
+        ("t + 45deg", "the number '45' runs into a name (column 5)"),
+        ("-(45\N{DEGREE SIGN})", "the character '\\xb0' (U+00B0 DEGREE SIGN) is not part of formulas (column 5)"),
         ("radians(45)", "unknown function 'radians' (column 1)"),
         ("degrees(t)", "unknown function 'degrees' (column 1)"),
     ],

@@ -1,0 +1,142 @@
+"""Unit strings in the data of a scene, brought to SI key by key as the schema says, before anything else is read.
+
+What cannot be converted is reported and becomes a ``Refused`` text, about which nobody complains again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from eomgen.scene.names import key_of, shown
+from eomgen.scene.report import Report
+from eomgen.scene.schema import Document
+from eomgen.scene.schema_key import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
+from eomgen.scene.schema_values import Refused
+from eomgen.scene.unit_table import names
+from eomgen.scene.units import Factors, UnitError, is_quantity, read_quantity, read_unit
+
+_DEPTH = 4  # of lists in a value: a matrix has two
+
+
+def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str]]:
+    """Return the data of a scene with numbers in place of unit strings, and notes on labels that convert nothing.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file; what is not well formed is left as it is.
+    report : Report
+        Takes what cannot be converted.
+    """
+    converter = _Converter(data, report)
+    return converter.table(Document, "", data, None), converter.notes
+
+
+class _Converter:
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+        self.report = report
+        self.notes: list[str] = []
+        sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
+        self.joints = sections.get("joints", {})
+        self.known = {str(name) for section in ("parameters", "inputs", "curves") for name in sections.get(section, {})}
+
+    def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
+        """Convert the values of a table; ``kind`` is the type of what is around it."""
+        kind = data.get("type", self.kind_of_joint(data) or kind)
+        result = dict(data)
+        fields = fields_of(model)
+        for name, (meaning, inner) in fields.items():
+            if name not in data:
+                continue
+            place = f"{key}.{name}" if key else name
+            if inner is not None:
+                result[name] = self.inner(inner, place, data[name], kind)
+            elif meaning.unit or meaning.names is not None:
+                result[name] = self.value(_unit(meaning, kind, data.get("index")), place, data[name])
+        if any(meaning.unit == ANY_UNIT for meaning, _ in fields.values()):
+            self.label(key, data, result)
+        return result
+
+    def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any]) -> None:
+        """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is written."""
+        written = next((data[name] for name in ("value", "formula") if name in data), None)
+        label = data.get("unit", "")
+        if not isinstance(label, str):
+            return
+        factors = _factors(label)
+        number = next((result[name] for name in ("value", "formula") if name in result), None)
+        if isinstance(written, str) and isinstance(number, float):
+            from eomgen.scene.unit_conversion import measure, to_si  # noqa: PLC0415
+
+            quantity = read_quantity(written)
+            unit = to_si(quantity)[1]
+            if not label.strip():
+                result["unit"] = unit
+            elif factors is None or measure(factors) != (Fraction(1), measure(quantity.factors)[1]):
+                what = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
+                self.report.add(f"{key}.unit", what, f'unit = "{unit}", or no unit')
+        elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
+            what = f"its unit {label} is a label, so {number:g} is taken as it is"
+            self.notes.append(f'{key}: {what}; "{number:g} {label}" would be converted to SI')
+
+    def kind_of_joint(self, data: Mapping[str, Any]) -> object:
+        joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None
+        return joint.get("type") if isinstance(joint, Mapping) else None
+
+    def inner(self, inner: Inner, key: str, value: Any, kind: object) -> Any:
+        shape, model = inner.shape, inner.model
+        if shape == "list" and isinstance(value, list | tuple):
+            return [self.entry(model, f"{key}[{place}]", entry, kind) for place, entry in enumerate(value)]
+        if shape == "entries" and isinstance(value, Mapping):
+            return {name: self.entry(model, f"{key}.{key_of(str(name))}", entry, kind) for name, entry in value.items()}
+        return self.entry(model, key, value, kind)
+
+    def entry(self, model: type[Table], key: str, entry: Any, kind: object) -> Any:
+        if isinstance(entry, str) and is_quantity(entry) and "value" in model.model_fields:
+            entry = {"value": entry}  # the short form of a parameter
+        if not isinstance(entry, Mapping):
+            return entry
+        return self.table(model, key, entry, kind)
+
+    def value(self, unit: Units, key: str, value: Any, depth: int = 0) -> Any:
+        """Convert every unit string in a value, which may be a list, a matrix or a table of numbers."""
+        if isinstance(value, str):
+            return self.text(unit, key, value) if isinstance(unit, str) and is_quantity(value) else value
+        if isinstance(value, list | tuple) and depth < _DEPTH:
+            units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
+            return [self.value(units[place], f"{key}[{place}]", entry, depth + 1) for place, entry in enumerate(value)]
+        if isinstance(value, Mapping) and depth < _DEPTH:
+            return {name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()}
+        return value
+
+    def text(self, unit: str, key: str, text: str) -> float | Refused:
+        from eomgen.scene.unit_conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+
+        try:
+            quantity = read_quantity(text, self.known)
+            if unit:
+                return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
+            what, hint = f"{shown(text)} has a unit, and a number without one is needed here", f"{float(quantity.number):.6g}"
+        except UnitError as error:
+            what, hint = error.what, error.hint
+        self.report.add(key, what, hint)
+        return Refused(text)
+
+
+def _unit(meaning: Meaning, kind: object, index: object) -> Units:
+    """Return the unit of a key in an entry of a kind; of one component where the entry says which."""
+    unit = meaning.unit
+    if isinstance(unit, Mapping):
+        unit = unit.get(kind, "") if isinstance(kind, str) else ""
+    if isinstance(unit, tuple) and isinstance(index, int) and 0 <= index < len(unit):
+        return unit[index]
+    return unit
+
+
+def _factors(label: str) -> Factors | None:
+    try:
+        return read_unit(label)
+    except UnitError:
+        return None
