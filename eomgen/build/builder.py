@@ -152,4 +152,4 @@ class Builder:
         layout = json.loads(entry.text(_LAYOUT))
         path = entry.file(_LIBRARY + library_suffix())
         ffi, lib = load_api(path) if self.mode == "api" else load_abi(path, entry.text(_CDEF))
-        return Library(ffi, lib, layout, self.mode, entry.folder)
+        return Library(ffi, lib, layout, self.mode, path)

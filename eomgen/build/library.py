@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -51,18 +52,20 @@ class Library:
         ``api`` or ``abi``.
     folder : Path
         Where the library and its sources are.
+    digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
     """
 
-    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, folder: Path) -> None:
+    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
         self.ffi = ffi
         self.lib = lib
         self.layout = layout
         self.mode = mode
-        self.folder = folder
+        self.folder = folder = file.parent
         self.real = ffi.string(lib.eomgen_real()).decode()
         self.fingerprint = ffi.string(lib.eomgen_fingerprint()).decode()
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
+        self.digest = hashlib.sha256(file.read_bytes()).hexdigest()
         self._width = self.dtype.itemsize // 8
         self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
         functions = layout["functions"]

@@ -12,7 +12,7 @@ import click
 
 from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
 from eomgen.cli.printing import console, counted, finite, print_json, print_table, say
-from eomgen.errors import NumericalError
+from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.runtime.model import Model
@@ -34,6 +34,9 @@ _INTERRUPTED = 130
 @click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows.")
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@click.option("--checkpoint", default=None, metavar="FILE", help="Keep what is needed to go on with the run in this file.")
+@click.option("--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute.")
+@click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")
 @json_option
 @debug_option
@@ -54,6 +57,9 @@ def simulate(
     record_every: int | None,
     parameters: tuple[str, ...],
     inputs: tuple[str, ...],
+    checkpoint: str | None,
+    checkpoint_every: int | None,
+    resume: str | None,
     plots: bool,
     as_json: bool,
 ) -> int:
@@ -68,22 +74,18 @@ def simulate(
     described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
     chosen, constants = in_units("--set", changes, described.parameters), in_units("--input", signals, described.inputs)
     target = make_folder(Path(folder))
+    own = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "record_every": record_every, "step": step}
+    if resume is not None:
+        method = _method_of(resume, {**own, "method": method})
     with console(stderr=True).status(f"building {described.name}") if sys.stderr.isatty() else contextlib.nullcontext():
         model = pipeline.build(described, method=method)
     with _progress(described.name) as progress:
-        solution = model.simulate(
-            t_end,
-            step,
-            method=method,
-            rho_inf=rho_inf,
-            alpha=alpha,
-            beta=beta,
-            gamma=gamma,
-            parameters=chosen,
-            inputs=constants,
-            record_every=record_every,
-            progress=progress,
-        )
+        shared: dict[str, Any] = {"parameters": chosen, "inputs": constants, "progress": progress}
+        shared |= {"checkpoint": checkpoint, "checkpoint_every": checkpoint_every}
+        if resume is None:
+            solution = model.simulate(t_end, method=method, **own, **shared)
+        else:
+            solution = model.resume(resume, t_end, **shared)
     files = _write(solution, target, plots)
     summary = _summary(solution, model, files)
     if as_json:
@@ -92,6 +94,17 @@ def simulate(
         _print(solution, model, constants)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return 0 if solution.success else _INTERRUPTED if solution.interrupted else NumericalError.exit_code
+
+
+def _method_of(file: str, given: dict[str, Any]) -> str:
+    """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
+    from eomgen.runtime.checkpoint import Checkpoint  # noqa: PLC0415
+
+    settled = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
+    if settled:
+        what = "the run that goes on has its method, step and rows settled"
+        raise UsageError(Problem(", ".join(settled), what, "--resume without them; --t-end may be later"))
+    return str(Checkpoint.load(Path(file)).run["method"])
 
 
 @contextlib.contextmanager

@@ -30,8 +30,10 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
     _write(path, needed, lambda stream: np.savez(stream, allow_pickle=False, **{**arrays, _METADATA: text}))
 
 
-def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return the arrays and the metadata of an ``.npz`` file of ours. Raises FileError."""
+def read_arrays(
+    path: Path, kind: str = "solution", hint: str = "a .npz file of Solution.save"
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return the arrays and the metadata of an archive of ours; ``kind`` and ``hint`` are for messages. Raises FileError."""
     try:
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
@@ -45,11 +47,10 @@ def read_arrays(path: Path) -> tuple[dict[str, Array], dict[str, Any]]:
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     except KeyError as error:
-        raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+        raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")) from None
     # zipfile raises NotImplementedError for a compression or encryption that it does not know: such a file is not ours
     except (ValueError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
-        what = f"this is not a solution written by eomgen: {error}"
-        raise FileError(Problem(str(path), what, "a .npz file of Solution.save")) from None
+        raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error}", hint)) from None
     return arrays, metadata
 
 

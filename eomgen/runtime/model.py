@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -264,6 +265,12 @@ class Model(Bodies):
         from eomgen.runtime.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
         return simulate(self, t_end, step, **options)
+
+    def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
+        """Go on with a run from its checkpoint, to the same bits; see ``runtime.resume.resume`` for all options."""
+        from eomgen.runtime.resume import resume  # noqa: PLC0415
+
+        return resume(self, path, t_end, **options)
 
     # -- arguments -----------------------------------------------------------------------------------------------------
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.build.library import Library
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
+from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, read_signals
-from eomgen.runtime.methods import canonical_name, terms_of
+from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
+from eomgen.runtime.preparation import check_memory, stepper_library
+from eomgen.runtime.run import Run, keeper_of
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
@@ -46,6 +48,8 @@ def simulate(
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
     progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: int | None = None,
 ) -> Solution:
     """Integrate the equations of motion with a fixed step.
 
@@ -81,6 +85,10 @@ def simulate(
         The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
     progress : callable
         Called with (steps done, all steps) some ten times a second.
+    checkpoint : path
+        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and meanwhile.
+    checkpoint_every : int
+        Steps between two checkpoints; one a minute where it is not given.
 
     Raises
     ------
@@ -105,79 +113,63 @@ def simulate(
     name = canonical_name(method or defaults["method"])
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
-    library = _stepper_library(model, name)
+    library = stepper_library(model, name)
     extra = {} if settings is None else settings
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
-    _check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
+    check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
     from_caller = read_signals(inputs, model.inputs, steps)
     signals = InputSignals(model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start)
-    driven = signals.rows if signals.given or (model.nu and "inputs" not in model.functions) else None
+    run = Run(model, name, stepped_by, chosen, p, signals, steps, every, start, end, corrected)
 
     began = time.perf_counter()
     stepper = Stepper(library, chosen, p)
-    table = driven(stepper.times_of(0, 1, start)) if driven else None
+    keeper = keeper_of(run, library, checkpoint, checkpoint_every)
+    table = run.driven(stepper.times_of(0, 1, start)) if run.driven else None
     status = stepper.initialize(start, state.q, state.v, table)
     if status == _BAD_ARGUMENT:
         raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
     if status:
         unknown = np.full(model.nv + len(model.multipliers), np.nan)
         rows = np.concatenate([[start], state.q, state.v, unknown])[np.newaxis]
-        run = Trajectory(rows, status, False, 0)
+        trajectory = Trajectory(rows, status, False, 0)
     else:
-        run = run_chunks(stepper, steps, min(every, steps + 1), driven, progress)
-    wall = time.perf_counter() - began
-
-    message = _message(model, stepper, run, p, signals, steps, chosen)
-    statistics = stepper.statistics if not (status and not run.steps) else {}
-    t, q, v, a, multipliers = _split(run.rows, model)
-    outputs, energy = _evaluate(model, (t, q, v, a, multipliers), signals if driven else None, p)
-    success = run.status == 0 and not run.interrupted and run.failure is None
-    if success and (doubt := doubts(statistics, t, energy, step)):
-        message = f"{message}; {doubt}"
+        if keeper is not None:
+            keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
+        trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
+    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
     u = None if table is None else table[0]
     if name == "rk4" and (fault := unresolved_damping(model, state.q, state.v, start, u, p, step)):
-        message = f"{message}; {fault}"
-    warnings = warnings_of(stepped_by, bool(model.multipliers))
+        solution = replace(solution, message=f"{solution.message}; {fault}")
+    return solution
+
+
+def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:
+    """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
+    model, p = run.model, run.parameters
+    message = _message(model, stepper, trajectory, p, run.signals, run.steps, run.settings)
+    if keeper is not None and not trajectory.status:
+        message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
+    statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
+    t, q, v, a, multipliers = _split(trajectory.rows, model)
+    outputs, energy = _evaluate(model, (t, q, v, a, multipliers), run.signals if run.driven else None, p)
+    success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
+    if success and (doubt := doubts(statistics, t, energy, run.settings["step"])):
+        message = f"{message}; {doubt}"
+    warnings = warnings_of(run.method, bool(model.multipliers))
     message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]
+    described = _metadata(model, run.name, run.settings, p, run.every, run.start, run.end)
     return Solution(
-        t=t, q=q, v=v, a=a, z=np.broadcast_to(state.z, (len(t), model.nz)).copy(), multipliers=multipliers,
+        t=t, q=q, v=v, a=a, z=np.zeros((len(t), model.nz)), multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
-        success=success, interrupted=run.interrupted,
-        metadata={**_metadata(model, name, chosen, p, every, start, end), "corrections": corrected, "notes": notes},
+        success=success, interrupted=trajectory.interrupted,
+        metadata={**described, "corrections": run.corrections, "notes": notes},
     )  # fmt: skip
 
 
 def _listed(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
-
-
-def _stepper_library(model: Model, name: str) -> Library:
-    """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
-    layout = model.library.layout
-    own = name == canonical_name(layout["built_method"])
-    if own and layout["method"]:
-        return model.library
-    needed = terms_of(name, layout["facts"]["constraints"])
-    missing = [term for term in needed if term not in model.functions]
-    if "iteration" in model.functions and "partials" in missing:
-        missing.remove("partials")
-    if missing and not layout["facts"]["constraints"]:
-        what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
-        raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
-    library = model.library if own else model.stepper(name)
-    if not library.layout["method"]:
-        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}")
-    return library
-
-
-def _check_memory(rows: int, width: int) -> None:
-    needed = 8.0 * rows * width * 3.0
-    available = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
-    if needed > 0.8 * available:
-        what = f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has {available / 1e9:.3g}"
-        raise UsageError(Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more"))
 
 
 def _message(

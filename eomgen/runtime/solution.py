@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +100,34 @@ class Solution:
         if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
             raise FileError(Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together"))
         return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata)
+
+    def followed_by(self, later: Solution) -> Solution:
+        """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and ``later``.
+
+        The rows are those of a run in one piece. Raises UsageError where the parts are not of one run.
+        """
+        same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
+        other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
+        if other or not len(later.t) or later.t[0] > self.t[-1]:
+            what = f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ"
+            if not other:
+                what = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
+            raise UsageError(Problem("followed_by", what, "the solution of the run that wrote the checkpoint"))
+        step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
+        on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
+        head, tail = self.t < later.t[0], slice(0 if on_grid or len(later.t) == 1 else 1, None)
+
+        def joined(first: Array, second: Array) -> Array:
+            return np.concatenate([first[head], second[tail]])
+
+        wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
+        return replace(
+            later, t=joined(self.t, later.t), q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
+            z=joined(self.z, later.z), multipliers=joined(self.multipliers, later.multipliers),
+            stats={**later.stats, "wall_time": wall},
+            outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
+            energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
+        )  # fmt: skip
 
     def columns(self) -> dict[str, Array]:
         """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,13 @@ Progress = Callable[[int, int], None]
 CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 16
 _LARGEST_CHUNK = 1_000_000
+
+
+class KeeperLike(Protocol):
+    """What writes checkpoints (``checkpoint.Keeper`` does)."""
+
+    def room(self, done: int) -> int | None: ...
+    def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None: ...
 
 
 class Stepper:
@@ -70,6 +77,26 @@ class Stepper:
         """What the stepper counted since it was initialized."""
         values = {name: float(self.state[self.places[name]][0]) for name in self.counted}
         return {name: value if name.startswith("max_") or name == "pivot_ratio" else int(value) for name, value in values.items()}
+
+    @property
+    def count(self) -> int:
+        """Steps done since the state was initialized."""
+        return int(self.state[self.places["count"]][0])
+
+    @property
+    def origin(self) -> float:
+        """Time of the initialized state: step k ends at origin + k step."""
+        return float(self.state[self.places["origin"]][0])
+
+    @property
+    def memory(self) -> tuple[Array, NDArray[np.uint8]]:
+        """Copies of the state and of the workspace, all that later steps depend on besides settings and parameters."""
+        return self.state.copy(), self.workspace.view(np.uint8).copy()
+
+    def restore(self, state: Array, workspace: NDArray[np.uint8]) -> None:
+        """Put back what ``memory`` gave."""
+        self.state[:] = state
+        self.workspace.view(np.uint8)[:] = workspace
 
     def initialize(self, t: float, q: Array, v: Array, u_table: Array | None) -> int:
         """Start at t, q, v; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
@@ -126,8 +153,9 @@ def run_chunks(
     record_every: int,
     inputs: Callable[[Array], Array] | None,
     progress: Progress | None = None,
+    keeper: KeeperLike | None = None,
 ) -> Trajectory:
-    """Run an initialized stepper for ``steps`` steps; the first and the last good state are always recorded.
+    """Run an initialized stepper up to step number ``steps``; the first and the last good state are always recorded.
 
     Parameters
     ----------
@@ -135,16 +163,20 @@ def run_chunks(
         From times (n,) to rows (n, nu); without it the scene's formulas are evaluated in C.
     progress : callable, optional
         Called with the steps done and all steps after every chunk.
+    keeper : Keeper, optional
+        Writes checkpoints of good states between chunks, and of the last one unless a step failed.
     """
-    start = stepper.t
+    start = stepper.origin
     width = stepper.sizes["row"]
     pieces = [stepper.row[np.newaxis]]
-    done, status, chunk = 0, 0, _FIRST_CHUNK
-    last_recorded = 0
+    done, status, chunk = stepper.count, 0, _FIRST_CHUNK
+    last_recorded = done
     failure: UsageError | None = None
     with _interrupts() as interrupted:
         while done < steps and status == 0 and not interrupted.is_set():
             size = min(chunk, steps - done)
+            if keeper is not None and (room := keeper.room(done)) is not None:
+                size = min(size, room)
             began = time.perf_counter()
             table = None
             if inputs is not None:
@@ -159,17 +191,21 @@ def run_chunks(
             record = np.empty((size // record_every + 1, width))
             before = done
             status, rows = stepper.run(size, record_every, table, record)
-            done = int(stepper.state[stepper.places["count"]][0])
+            done = stepper.count
             if rows:
                 pieces.append(record[:rows].copy() if rows < len(record) // 2 else record[:rows])
                 last_recorded = done - done % record_every
             elapsed = time.perf_counter() - began
+            if keeper is not None and status == 0:
+                keeper.look(stepper, done)
             if progress is not None:
                 progress(done, steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
             chunk = max(1, min(_LARGEST_CHUNK, 4 * size, int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
         stopped = interrupted.is_set() and done < steps
+    if keeper is not None and status == 0:
+        keeper.look(stepper, done, final=True)
     if last_recorded != done:
         pieces.append(stepper.row[np.newaxis])
     return Trajectory(np.concatenate(pieces), status, stopped, done, failure)

@@ -1,0 +1,39 @@
+"""What a run needs before its first step: a library with the method's stepper, and memory for what it records."""
+
+from __future__ import annotations
+
+import math
+import os
+
+from eomgen.build.library import Library
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.runtime.methods import canonical_name, terms_of
+from eomgen.runtime.model import Model
+
+
+def stepper_library(model: Model, name: str) -> Library:
+    """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
+    layout = model.library.layout
+    own = name == canonical_name(layout["built_method"])
+    if own and layout["method"]:
+        return model.library
+    needed = terms_of(name, layout["facts"]["constraints"])
+    missing = [term for term in needed if term not in model.functions]
+    if "iteration" in model.functions and "partials" in missing:
+        missing.remove("partials")
+    if missing and not layout["facts"]["constraints"]:
+        what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
+        raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+    library = model.library if own else model.stepper(name)
+    if not library.layout["method"]:
+        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}")
+    return library
+
+
+def check_memory(rows: int, width: int) -> None:
+    """Raise UsageError where the record of a run would not fit into this machine's memory."""
+    needed = 8.0 * rows * width * 3.0
+    available = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
+    if needed > 0.8 * available:
+        what = f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has {available / 1e9:.3g}"
+        raise UsageError(Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more"))

@@ -1,0 +1,107 @@
+"""A run that has been checked: all that stepping it, reporting on it, and going on with it later need."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.build.library import Library
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.methods import GeneralizedAlpha, Method
+from eomgen.runtime.checkpoint import Checkpoint, Keeper
+from eomgen.runtime.inputs import InputSignals
+from eomgen.runtime.run_settings import count_of
+from eomgen.runtime.stepping import Stepper
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is stepped, how, with what, and from when to when.
+
+    Attributes
+    ----------
+    name, method, settings : of the stepper
+    parameters : (np,) tunable parameters
+    signals : what drives the inputs
+    steps, every : of the whole time grid from ``start``, and between recorded rows
+    start, end : s
+    corrections : how the initial state was brought onto the constraints
+    """
+
+    model: Model
+    name: str
+    method: Method
+    settings: dict[str, float]
+    parameters: Array
+    signals: InputSignals
+    steps: int
+    every: int
+    start: float
+    end: float
+    corrections: Sequence[str] = ()
+
+    @property
+    def driven(self) -> Callable[[Array], Array] | None:
+        """Rows of inputs for times; None where the compiled formulas say all of them."""
+        without_formulas = self.model.nu and "inputs" not in self.model.functions
+        return self.signals.rows if self.signals.given or without_formulas else None
+
+    def described(self, library: Library, stepper: Stepper) -> Checkpoint:
+        """Return a checkpoint of the run where the stepper is."""
+        kinds, values = {}, {}
+        for name, signal in self.signals.given.items():
+            kinds[name] = "function" if callable(signal) else "table" if isinstance(signal, np.ndarray) else "number"
+            if not callable(signal):
+                values[name] = np.asarray(signal, dtype=float)
+        state, workspace = stepper.memory
+        said = {
+            "scene": self.model.name,
+            "method": self.name,
+            "method_parameters": _parameters_of(self.method),
+            "settings": dict(self.settings),
+            "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
+            "record_every": self.every,
+            "t_start": self.start,
+            "t_end": self.end,
+            "corrections": list(self.corrections),
+            "inputs": kinds,
+            "fingerprint": library.fingerprint,
+            "build": library.digest,
+        }
+        start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
+        return Checkpoint(said, state, workspace, values, start)
+
+
+def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:
+    """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
+    if path is None:
+        if every is not None:
+            raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))
+        return None
+    if not isinstance(path, str | os.PathLike):
+        raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
+    steps = None if every is None else count_of("checkpoint_every", every)
+    return Keeper(Path(path), steps, lambda stepper: run.described(library, stepper))
+
+
+def _parameters_of(method: Method) -> dict[str, float]:
+    """Return the keywords that make a method again, by ``methods.method_named``."""
+    if not isinstance(method, GeneralizedAlpha):
+        return {}
+    if method.case is None:
+        return {"rho_inf": method.rho_inf}
+    if method.case.name in ("hht", "wbz"):
+        return {"alpha": float(method.case.gamma - Fraction(1, 2))}
+    return {} if method.case.name == "trapezoidal" else {"beta": float(method.case.beta), "gamma": float(method.case.gamma)}
