@@ -268,10 +268,10 @@ def _code_stamp() -> str:
     templates = package.parent / "templates"
     if not templates.is_dir():
         return ""
+    folders = (templates, *(package / name for name in ("symbolic", "lie", "mechanics", "codegen", "integrators", "scene")))
     digest = hashlib.sha256()
-    for folder in (templates, *(package / name for name in ("symbolic", "lie", "mechanics", "codegen", "integrators", "scene"))):
-        for file in sorted(folder.rglob("*")):
-            if file.suffix in (".py", ".jinja"):
-                status = file.stat()
-                digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
+    for file in (*sorted(package.glob("*.py")), *(file for folder in folders for file in sorted(folder.rglob("*")))):
+        if file.suffix in (".py", ".jinja"):
+            status = file.stat()
+            digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
     return digest.hexdigest()

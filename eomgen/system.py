@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Counts, InputSymbol, Ref, Tape
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
     ("omega_dot", 3, "time derivative of omega, rad/s^2"),
     ("velocity_dot", 3, "time derivative of the components of velocity, m/s^2"),
 )
+
+#: Functions of a motion that is known: no stepper calls them.
+_OBSERVED = frozenset({"energy", "outputs", "poses", "twists"})
 
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
@@ -171,6 +175,20 @@ class System:
     def counts(self) -> dict[str, Counts]:
         """Exact operation counts, function by function."""
         return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
+
+    @cached_property
+    def turning(self) -> tuple[int, ...]:
+        """Components of q in the holonomic constraints that count there, and in all equations, up to whole turns only.
+
+        What is only evaluated of a motion, for the angle as it is, does not matter: a quaternion has a period of two turns.
+        """
+        if not self.holonomic:
+            return ()
+        equations = [f for name, f in self.functions.items() if name not in _OBSERVED]
+        of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
+        held = self.tape.depends_on(ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs)
+        angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
+        return tuple(sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles))
 
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:

@@ -49,6 +49,8 @@ class SystemLike(Protocol):
     @property
     def holonomic(self) -> int: ...
     @property
+    def turning(self) -> Any: ...
+    @property
     def patterns(self) -> Any: ...
     @property
     def inner_owners(self) -> Any: ...
@@ -88,6 +90,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "step": float(step),
         "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta)),
         "lie": _lie_data(system.factors, implicit),
+        "turning": list(system.turning),
     }
     if isinstance(method, GeneralizedAlpha):
         nl, owners = len(system.multipliers), system.inner_owners
@@ -282,6 +285,7 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
         sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)
     if data["family"] == PARTITIONED:
         sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
+    sizes |= {"rest": len(data["turning"])} if data["turning"] else {}
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
     return _layout(sizes)
 

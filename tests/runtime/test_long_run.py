@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from functools import partial
 
+import numpy as np
 import pytest
 
+import eomgen
 from benchmarks import tops
 from benchmarks.long_run import Case, LongRun, four_bar, measured
 
@@ -44,3 +46,35 @@ def test_a_four_bar_keeps_its_loop_and_loses_energy_by_the_order_only(coordinate
     else:
         assert found.drop <= 1e-3  # J, of some 3 J that move between kinetic and potential energy
     assert math.isnan(found.momentum)  # nothing turns freely about the vertical
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned"])
+def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str) -> None:
+    model = four_bar("joint", 20.0)
+    turned = model.initial_q + 2.0 * math.pi * np.array([8000.0, -8000.0, 0.0])
+    first, late = (
+        model.simulate(2.5, 2.5e-4, method=method, rho_inf=0.9, initial={"q": q, "v": model.initial_v})
+        for q in (model.initial_q, turned)
+    )
+    assert late.stats["max_constraint"] <= 1e-14  # digits of an angle of 5e4 rad: 7e-12
+    assert late.stats["max_constraint_velocity"] <= 1e-11
+    assert late.q[0] == pytest.approx(turned, abs=2e-11)  # brought onto the loop, which these digits miss by 1e-12
+    assert np.ptp(late.q[:, 0]) > 20.0  # some turns, and no jump where one is complete
+    assert np.abs(np.diff(late.q, axis=0)).max() < 0.03
+    assert late.q - turned == pytest.approx(first.q - model.initial_q, abs=2e-9)  # the start, 1e-11 off, is felt
+    assert late.v == pytest.approx(first.v, abs=2e-8)
+
+
+def test_an_angle_that_winds_up_a_spring_is_left_alone() -> None:
+    builder = eomgen.SceneBuilder("wound", coordinates="joint")
+    for name, parent, angle in (("first", "base", 0.7), ("second", "first", -1.4), ("third", "base", 0.0)):
+        builder.body(name, 1.0, center_of_mass=[0.5, 0, 0], inertia=[0.01, 0.1, 0.1])
+        stiffness = 2.0 if name == "first" else 0.0
+        at = [1.0 if name == "second" else 0.0, 0, 0]
+        start = {"position": [angle]}
+        builder.joint(f"to_{name}", "revolute", parent, name, axis=[0, 1, 0], position=at, stiffness=stiffness, initial=start)
+    pin = {"axis": [0, 1, 0]}
+    ends = [{"body": name, "position": [length, 0, 0], **pin} for name, length in (("second", 1.0), ("third", 1.5))]
+    builder.constraint("loop", "revolute", ends[0], ends[1])
+    model = eomgen.build(builder.build())
+    assert {model.q_names[k] for k in model.library.layout["method"]["turning"]} == {"q.to_second", "q.to_third"}
