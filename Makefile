@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test lint types golden bench clean
+.PHONY: demo test browser lint types golden bench clean
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -26,7 +26,14 @@ demo: $(VENV)/installed
 	$(BIN)/eomgen doctor --quiet
 	$(BIN)/python examples/active_vehicle/demo.py --out out/active_vehicle
 
-test: $(VENV)/installed-test
+# Tests that look at pages need Chromium: it is installed where apt-get and the right to use it are there.
+browser: $(VENV)/installed-test
+	@$(BIN)/python -c 'import sys; from tests.browser.chromium import chromium; sys.exit(chromium() is None)' || \
+	  { command -v apt-get >/dev/null && test "$$(id -u)" = 0 && apt-get update -qq && \
+	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; } || \
+	  echo "no Chromium: the tests in tests/browser will fail. Install Chromium or Chrome, or name it: CHROMIUM=<path> make test" >&2
+
+test: $(VENV)/installed-test browser
 	$(BIN)/eomgen doctor --quiet
 	$(BIN)/python -m pytest -n auto
 

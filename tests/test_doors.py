@@ -24,9 +24,10 @@ DOORS: dict[str, set[str]] = {
     "system": {"errors", "symbolic"},
     "mechanics": {"errors", "symbolic", "lie", "scene", "system"},
     "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
-    "codegen": {"errors", "system", "symbolic", "lie", "integrators"},
+    "codegen": {"errors", "resources", "system", "symbolic", "lie", "integrators"},
     "build": {"errors"},
-    "runtime": {"errors", "build", "codegen.layout", "integrators", "lie", "scene"},
+    "resources": {"errors"},
+    "runtime": {"errors", "resources", "build", "codegen.layout", "integrators", "lie", "scene"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

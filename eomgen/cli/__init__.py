@@ -27,6 +27,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "info": ("Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info"),
     "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
     "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
+    "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
     "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.machine"),
     "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.machine"),
 }

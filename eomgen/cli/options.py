@@ -44,6 +44,26 @@ def scene_options(command: Command) -> Command:
     return command
 
 
+def run_options(command: Command) -> Command:
+    """Add what a run may be told besides its scene."""
+    for decorate in (
+        click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."),
+        click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."),
+        click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
+        click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
+        click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
+        click.option("--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."),
+        click.option(
+            "--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1."
+        ),
+        click.option("--method", default=None, help="generalized_alpha, hht, rk4, rk4_partitioned ...; the scene's by default."),
+        click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default."),
+        click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default."),
+    ):
+        command = decorate(command)
+    return command
+
+
 def folder_option(command: Command) -> Command:
     """Add ``--out DIR``."""
     return click.option(

@@ -2,123 +2,48 @@
 
 from __future__ import annotations
 
-import contextlib
-import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
-from eomgen.cli.printing import console, counted, finite, print_json, print_table, say
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.printing import counted, finite, print_json, print_table, say
+from eomgen.cli.running import outcome_code, read_scene, run
 
 if TYPE_CHECKING:
     from eomgen.runtime.model import Model
     from eomgen.runtime.solution import Solution
 
-_INTERRUPTED = 130
-
 
 @click.command()
 @scene_options
 @folder_option
-@click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default.")
-@click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default.")
-@click.option("--method", default=None, help="generalized_alpha, hht, rk4, rk4_partitioned ...; the scene's by default.")
-@click.option("--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.")
-@click.option("--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1).")
-@click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default.")
-@click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1.")
-@click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows.")
-@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@run_options
 @click.option("--checkpoint", default=None, metavar="FILE", help="Keep what is needed to go on with the run in this file.")
 @click.option("--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute.")
 @click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")
 @json_option
 @debug_option
-def simulate(
-    scene: str,
-    strict: bool,
-    root: str,
-    lock: tuple[str, ...],
-    coordinates: Literal["joint", "absolute"] | None,
-    folder: str,
-    t_end: float | None,
-    step: float | None,
-    method: str | None,
-    rho_inf: float | None,
-    alpha: float | None,
-    beta: float | None,
-    gamma: float | None,
-    record_every: int | None,
-    parameters: tuple[str, ...],
-    inputs: tuple[str, ...],
-    checkpoint: str | None,
-    checkpoint_every: int | None,
-    resume: str | None,
-    plots: bool,
-    as_json: bool,
-) -> int:
+def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
     """Integrate a SCENE and write solution.npz, solution.csv, summary.json and plots.
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
-    from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.runtime.files import make_folder  # noqa: PLC0415
+    from eomgen.runtime.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    changes, signals = assignments("--set", parameters), assignments("--input", inputs)
-    described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
-    chosen, constants = in_units("--set", changes, described.parameters), in_units("--input", signals, described.inputs)
+    described = read_scene(scene, options)
     target = make_folder(Path(folder))
-    own = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "record_every": record_every, "step": step}
-    if resume is not None:
-        method = _method_of(resume, {**own, "method": method})
-    with console(stderr=True).status(f"building {described.name}") if sys.stderr.isatty() else contextlib.nullcontext():
-        model = pipeline.build(described, method=method)
-    with _progress(described.name) as progress:
-        shared: dict[str, Any] = {"parameters": chosen, "inputs": constants, "progress": progress}
-        shared |= {"checkpoint": checkpoint, "checkpoint_every": checkpoint_every}
-        if resume is None:
-            solution = model.simulate(t_end, method=method, **own, **shared)
-        else:
-            solution = model.resume(resume, t_end, **shared)
+    model, solution = run(described, options)
     files = _write(solution, target, plots)
     summary = _summary(solution, model, files)
     if as_json:
         print_json(summary)
     else:
-        _print(solution, model, constants)
+        _print(solution, model, options["inputs"])
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
-    return 0 if solution.success else _INTERRUPTED if solution.interrupted else NumericalError.exit_code
-
-
-def _method_of(file: str, given: dict[str, Any]) -> str:
-    """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
-    from eomgen.runtime.checkpoint import Checkpoint  # noqa: PLC0415
-
-    settled = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
-    if settled:
-        what = "the run that goes on has its method, step and rows settled"
-        raise UsageError(Problem(", ".join(settled), what, "--resume without them; --t-end may be later"))
-    return str(Checkpoint.load(Path(file)).run["method"])
-
-
-@contextlib.contextmanager
-def _progress(title: str) -> Iterator[Callable[[int, int], None] | None]:
-    """Show a progress bar on stderr where that is a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415  # only for a terminal
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>5.1f} %"), TimeRemainingColumn())
-    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    return outcome_code(solution)
 
 
 def _write(solution: Solution, folder: Path, plots: bool) -> list[Path]:

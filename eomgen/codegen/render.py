@@ -20,22 +20,12 @@ from eomgen.codegen.names import c_string, comment
 from eomgen.codegen.printer import COUNTING, Printer, number
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.errors import FileError
+from eomgen.resources import template_folder
 
 MANIFEST = "manifest.json"
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
-
-
-def template_folder() -> Path:
-    """Return the folder of the templates: inside an installed package, else at the top of the checkout."""
-    package = Path(__file__).resolve().parent.parent
-    for folder in (package / "_templates", package.parent / "templates"):
-        if (folder / "c").is_dir():
-            return folder
-    raise FileError(
-        f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}", "reinstall eomgen"
-    )
 
 
 @cache

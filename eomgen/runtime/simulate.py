@@ -22,6 +22,7 @@ from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
 from eomgen.runtime.run import Run, keeper_of
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
+from eomgen.runtime.scenery import seen
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
@@ -165,6 +166,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=trajectory.interrupted,
         metadata={**described, "corrections": run.corrections, "notes": notes},
+        see=lambda: seen(model, t, q, p),
     )  # fmt: skip
 
 

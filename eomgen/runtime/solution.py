@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.errors import FileError, Problem, UsageError
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.runtime.coordinates import component_names
 from eomgen.runtime.files import read_arrays, write_arrays, write_table
 
 Array = NDArray[np.float64]
+
+
+class Seen(NamedTuple):
+    """What a picture of a run needs: pose of each body (nt, 7), and what ``scenery.scenery`` says of the scene."""
+
+    poses: Mapping[str, Array]
+    scenery: Mapping[str, Any]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -33,6 +41,7 @@ class Solution:
     stats : counts of the stepper, wall time in s
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
+    see : gives what pictures show, when it is first asked for; None where it is not known
     """
 
     t: Array
@@ -48,12 +57,43 @@ class Solution:
     success: bool = True
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    see: Callable[[], Seen] | None = None
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
+    @cached_property
+    def seen(self) -> Seen:
+        """Poses and scenery together; see ``poses``."""
+        if self.see is None:
+            what = "it was stored without poses of bodies, so there is nothing to draw"
+            hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
+            raise UsageError(Problem("solution", what, hint))
+        return self.see()
+
+    @property
+    def poses(self) -> Mapping[str, Array]:
+        """Pose of each body at all times: name -> (nt, 7), quaternion (body to world axes) and position in the world.
+
+        With the name ``base`` that of the base, where it moves. Evaluated by the compiled model when first asked for.
+
+        Raises
+        ------
+        UsageError
+            The model was built without the term ``poses``, or the file was written without them.
+        """
+        return self.seen.poses
+
+    def animate(self, path: str | Path) -> Path:
+        """Write the motion as one HTML file that needs nothing but a browser; see ``runtime.animation.write_animation``."""
+        from eomgen.runtime.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
+
+        return write_animation(self, path)
+
     def save(self, path: str | Path) -> Path:
         """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a whole.
+
+        An ``.npz`` holds the poses of the bodies too, where the model can give them; a table does not.
 
         Raises
         ------
@@ -64,7 +104,10 @@ class Solution:
         """
         path = Path(path)
         if path.suffix == ".npz":
-            write_arrays(path, self._arrays(), {**self.metadata, **self._outcome()})
+            seen = self._seen_or_none()
+            poses = {f"poses.{name}": array for name, array in seen.poses.items()} if seen else {}
+            shown = {"scenery": seen.scenery} if seen else {}
+            write_arrays(path, {**self._arrays(), **poses}, {**self.metadata, **self._outcome(), **shown})
         elif path.suffix == ".csv":
             columns = self.columns()
             write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
@@ -83,7 +126,7 @@ class Solution:
             The file cannot be read or is not a solution.
         """
         arrays, metadata = read_arrays(Path(path))
-        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}}
+        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}, "poses": {}}
         plain: dict[str, Array] = {}
         for name, array in arrays.items():
             group, _, member = name.partition(".")
@@ -99,7 +142,13 @@ class Solution:
         rows = np.shape(states["t"])
         if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
             raise FileError(Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together"))
-        return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata)
+        wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
+        if wrong:
+            what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
+            raise FileError(Problem(str(path), what))
+        scenery = metadata.pop("scenery", None)
+        see = None if scenery is None else lambda: Seen(groups["poses"], scenery)
+        return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata, see=see)
 
     def followed_by(self, later: Solution) -> Solution:
         """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and ``later``.
@@ -121,8 +170,13 @@ class Solution:
             return np.concatenate([first[head], second[tail]])
 
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
+        def seen() -> Seen:
+            poses = {name: joined(self.poses[name], array) for name, array in later.poses.items()}
+            return Seen(poses, later.seen.scenery)
+
         return replace(
-            later, t=joined(self.t, later.t), q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
+            later, see=seen, t=joined(self.t, later.t),
+            q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
             z=joined(self.z, later.z), multipliers=joined(self.multipliers, later.multipliers),
             stats={**later.stats, "wall_time": wall},
             outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
@@ -142,6 +196,12 @@ class Solution:
             table = array[:, np.newaxis] if array.ndim == 1 else array
             columns |= {label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))}
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def _seen_or_none(self) -> Seen | None:
+        try:
+            return self.seen
+        except EomgenError:  # what cannot be drawn can still be kept
+            return None
 
     def _arrays(self) -> dict[str, Array]:
         arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}

@@ -34,6 +34,7 @@ assert pathlib.Path(eomgen.__file__).is_relative_to(sys.argv[1]), eomgen.__file_
 model = eomgen.build(eomgen.load(sys.argv[2]))
 solution = model.simulate(1.0, 1e-3)
 assert solution.success, solution.message
+solution.animate(sys.argv[3])
 print(float(solution.q[-1, 0]))
 """
 
@@ -49,9 +50,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_wheel_carries_the_templates_and_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    templates = sorted(str(path.relative_to(CHECKOUT / "templates")) for path in (CHECKOUT / "templates").rglob("*.jinja"))
-    assert templates
-    assert sorted(name.removeprefix("eomgen/_templates/") for name in names if name.endswith(".jinja")) == templates
+    folder = CHECKOUT / "templates"
+    templates = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    assert {"c/model.c.jinja", "html/animation.html"} <= set(templates)
+    carried = [name.removeprefix("eomgen/_templates/") for name in names if name.startswith("eomgen/_templates/")]
+    assert sorted(carried) == templates
     assert not [name for name in names if name.startswith(("tests/", "benchmarks/", "examples/"))]
 
 
@@ -62,7 +65,7 @@ def test_installed_wheel_runs_a_scene_outside_the_checkout(wheel: Path, tmp_path
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(site), "EOMGEN_CACHE": str(tmp_path / "cache")}
-    command = [sys.executable, "-c", PROGRAM, str(site), str(scene)]
+    command = [sys.executable, "-c", PROGRAM, str(site), str(scene), str(tmp_path / "page.html")]
     run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert run.returncode == 0, run.stderr
     # theta(1 s) of a pendulum of length 1 m from 0.5 rad at rest, by RK4 with 1e5 steps of the one equation

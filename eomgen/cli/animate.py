@@ -1,0 +1,53 @@
+"""``eomgen animate``: a scene's motion, or a stored one, as a page for the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli.options import debug_option, run_options, scene_options
+from eomgen.cli.printing import say
+from eomgen.cli.running import outcome_code, read_scene, run
+from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.runtime.solution import Solution
+
+
+@click.command()
+@scene_options
+@click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
+@run_options
+@debug_option
+def animate(scene: str, path: str, **options: Any) -> int:
+    """Write the motion of a SCENE, or of a solution.npz in its place, as one HTML page that needs no network.
+
+    A run that fails or is interrupted is shown as far as it came; the exit code is then 6 or 130.
+    """
+    from eomgen.runtime.animation import check_name  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.runtime.files import make_folder  # noqa: PLC0415
+
+    target = check_name(Path(path))
+    make_folder(target.parent)
+    solution = _stored(scene) if scene.endswith(".npz") else run(read_scene(scene, options), options)[1]
+    written = solution.animate(target)
+    say(f"{solution.message}\nwritten to {written}, {written.stat().st_size / 1e6:.2g} MB: open it in a browser")
+    return outcome_code(solution)
+
+
+def _stored(path: str) -> Solution:
+    from eomgen.runtime.solution import Solution  # noqa: PLC0415
+
+    context = click.get_current_context()
+    given = [
+        option.opts[0]
+        for option in context.command.params
+        if option.name not in ("scene", "path")
+        and context.get_parameter_source(option.name or "") is not click.core.ParameterSource.DEFAULT
+    ]
+    if given:
+        what = f"{', '.join(given)} would change a run, and this one is stored"
+        raise UsageError(Problem(path, what, "the scene in place of its solution, or no such option"))
+    return Solution.load(path)

@@ -1,0 +1,69 @@
+"""One run as the command line asks for it: the scene read, the model built, the steps taken, with progress where one looks on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import assignments, in_units
+from eomgen.cli.printing import building, progress_bar
+from eomgen.errors import NumericalError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+    from eomgen.runtime.solution import Solution
+    from eomgen.scene.scene import Scene
+
+_OF_SCENES = ("strict", "root", "lock", "coordinates")
+#: Options of a run that may be given again where it goes on.
+_OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every")
+
+
+def read_scene(path: str, options: dict[str, Any]) -> Scene:
+    """Return the scene of a path and turn the texts of ``--set`` and ``--input`` into numbers.
+
+    Parameters
+    ----------
+    options : dict
+        Of ``scene_options`` and ``run_options``; those of the scene are taken out of it.
+    """
+    from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
+    scene = pipeline.load(path, **{name: options.pop(name) for name in _OF_SCENES})
+    options["parameters"] = in_units("--set", changes, scene.parameters)
+    options["inputs"] = in_units("--input", signals, scene.inputs)
+    return scene
+
+
+def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
+    """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a checkpoint."""
+    from eomgen import pipeline  # noqa: PLC0415
+
+    resumed, t_end = options.get("resume"), options["t_end"]
+    shared = {name: options[name] for name in _OPEN if name in options}
+    own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end")}
+    method = own["method"] if resumed is None else _method_of(resumed, own)
+    with building(scene.name):
+        model = pipeline.build(scene, method=method)
+    with progress_bar(scene.name) as progress:
+        if resumed is None:
+            return model, model.simulate(t_end, **own, **shared, progress=progress)
+        return model, model.resume(resumed, t_end, **shared, progress=progress)
+
+
+def _method_of(file: str, given: dict[str, Any]) -> str:
+    """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
+    from eomgen.runtime.checkpoint import Checkpoint  # noqa: PLC0415
+
+    settled = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
+    if settled:
+        what = "the run that goes on has its method, step and rows settled"
+        raise UsageError(Problem(", ".join(settled), what, "--resume without them; --t-end may be later"))
+    return str(Checkpoint.load(Path(file)).run["method"])
+
+
+def outcome_code(solution: Solution) -> int:
+    """Return the exit code for how a run ended."""
+    return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code

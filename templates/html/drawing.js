@@ -1,0 +1,279 @@
+// -- drawing -----------------------------------------------------------------------------------------------------------
+
+const canvas = byId("view");
+const ink = canvas.getContext("2d");
+let style = {};
+
+function readStyle() {
+  const computed = getComputedStyle(page);
+  for (const name of ["sky", "ground", "ink", "soft", "line", "shadow", "steel"]) style[name] = computed.getPropertyValue(`--${name}`).trim();
+  style.dark = rgbOf(style.sky)[0] < 128;
+}
+
+const css = (rgb, alpha) => `rgba(${rgb.map((value) => Math.round(value)).join(", ")}, ${alpha})`;
+const shaded = (rgb, light) => rgb.map((value) => (light < 1 ? value * light : value + (255 - value) * (light - 1)));
+
+function line(points, colour, width, alpha = 1) {
+  ink.globalAlpha = alpha;
+  ink.strokeStyle = colour;
+  ink.lineWidth = width;
+  ink.beginPath();
+  points.forEach(([x, y], k) => (k ? ink.lineTo(x, y) : ink.moveTo(x, y)));
+  ink.stroke();
+  ink.globalAlpha = 1;
+}
+
+function polygon(points, fill, stroke) {
+  ink.beginPath();
+  points.forEach(([x, y], k) => (k ? ink.lineTo(x, y) : ink.moveTo(x, y)));
+  ink.closePath();
+  ink.fillStyle = fill;
+  ink.fill();
+  if (stroke) {
+    ink.strokeStyle = stroke;
+    ink.lineWidth = 1;
+    ink.stroke();
+  }
+}
+
+function label(text, [x, y], colour) {
+  ink.font = "12px system-ui, sans-serif";
+  ink.lineWidth = 3;
+  ink.strokeStyle = style.sky;
+  ink.fillStyle = colour || style.ink;
+  ink.strokeText(text, x, y);
+  ink.fillText(text, x, y);
+}
+
+/** Lines of the ground, brightest below the scene, and the axes of the world. */
+function drawGround(centre) {
+  const foot = plus(centre, times(level - dot(centre, up), up));
+  const snap = (direction) => Math.round(dot(foot, direction) / spacing) * spacing;
+  const origin = plus(plus(times(snap(camera.x), camera.x), times(snap(camera.y), camera.y)), times(level, up));
+  const reach = 14;
+  ink.lineCap = "butt";
+  for (const [along, other] of [[camera.x, camera.y], [camera.y, camera.x]]) {
+    for (let k = -reach; k <= reach; k++) {
+      const side = plus(origin, times(k * spacing, other));
+      const major = Math.round(dot(side, other) / spacing) % 5 === 0;
+      for (let m = -reach; m < reach; m++) {
+        const far = Math.hypot(k, m + 0.5) / reach;
+        const ends = camera.segment(plus(side, times(m * spacing, along)), plus(side, times((m + 1) * spacing, along)));
+        if (far < 1 && ends) line(ends, style.line, major ? 1.5 : 1, (1 - far * far) * (major ? 1 : 0.7));
+      }
+    }
+  }
+}
+
+function drawAxes(pose, length, name) {
+  const [, , depth] = camera.project(pose.p);
+  if (depth < camera.near) return;
+  ["#d8414f", "#2f9e57", "#3b76e0"].forEach((colour, k) => {
+    const tip = placed(pose, [0, 1, 2].map((j) => (j === k ? length : 0)));
+    const ends = camera.segment(pose.p, tip);
+    if (ends) {
+      line(ends, colour, 2);
+      label("xyz"[k], [ends[1][0] + 4, ends[1][1] + 4], colour);
+    }
+  });
+  if (name) label(name, [camera.project(pose.p)[0] + 6, camera.project(pose.p)[1] + 16], style.soft);
+}
+
+/** The pieces of a coil that is drawn flat; each goes a little round the next corner, so that the corners are whole. */
+function zigzag(ends, amplitude) {
+  const [a, b] = ends;
+  const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+  if (length < 1e-6) return [ends];
+  const [tx, ty] = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+  const turns = 9;
+  const points = [a];
+  for (let k = 0; k <= 2 * turns; k++) {
+    const s = length * (0.14 + (0.72 * k) / (2 * turns));
+    const w = k % (2 * turns) === 0 ? 0 : k % 2 ? amplitude : -amplitude;
+    points.push([a[0] + s * tx - w * ty, a[1] + s * ty + w * tx, a[2] + (s / length) * (b[2] - a[2])]);
+  }
+  points.push(b);
+  return points.slice(1).map((point, k) => [points[k], point, ...(k + 2 < points.length ? [between(point, points[k + 2], 0.2)] : [])]);
+}
+
+/** The pieces of a line on the canvas, each a pair of ends with their depths. */
+const cutUp = (ends, pieces) => [...Array(pieces).keys()].map((k) => [between(...ends, k / pieces), between(...ends, (k + 1) / pieces)]);
+
+function dashes(ends) {
+  const pieces = Math.max(1, Math.min(60, Math.round(Math.hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]) / 9)));
+  return cutUp(ends, pieces).map(([a, b]) => [a, between(a, b, 0.55)]);
+}
+
+function draw() {
+  const [frame, part] = frameAt(state.time);
+  if (shown.follow) camera.target = plus(centreAt(state.time), camera.shift || [0, 0, 0]);
+  camera.aim();
+  const ratio = window.devicePixelRatio || 1;
+  ink.setTransform(ratio, 0, 0, ratio, 0, 0);
+  const sky = ink.createLinearGradient(0, 0, 0, camera.height);
+  sky.addColorStop(0, style.sky);
+  sky.addColorStop(1, style.ground);
+  ink.fillStyle = sky;
+  ink.fillRect(0, 0, camera.width, camera.height);
+  ink.lineJoin = "round";
+  const pose = (carrier) => poseAt(carrier, frame, part);
+  const things = [];
+  const add = (depth, paint) => depth > camera.near && things.push({ depth, paint });
+  // a long line goes in and out of things that are nearer, so its pieces are sorted one by one
+  const addLine = (ends, shape, lift, paint) => {
+    if (ends) for (const piece of shape(ends)) add((piece[0][2] + piece.at(-1)[2]) / 2 - lift, () => paint(piece));
+  };
+  const lightOf = unit(plus(plus(times(-0.35, camera.right), times(0.8, camera.above)), times(-0.65, camera.forward)));
+  const faded = (index) => (state.lit === null || state.lit === index ? 1 : 0.18);
+
+  if (shown.ground) {
+    drawGround(shown.follow ? camera.target : middle);
+    if (scene.base >= 0) drawAxes(pose(scene.base), 0.1 * unitSize, "base");
+    drawAxes(REST, 0.12 * unitSize, "");
+  }
+
+  bodies.forEach((body, index) => {
+    const here = pose(body.carrier);
+    const seen = faded(index);
+    const alpha = (shown.glass ? 0.4 : 1) * seen;
+    if (body.mesh && shown.solids) {
+      const world = body.mesh.vertices.map((vertex) => placed(here, vertex));
+      const flat = world.map((vertex) => camera.project(vertex));
+      if (shown.shadows && shown.ground && seen === 1) castShadow(world);
+      body.mesh.faces.forEach((face, number) => {
+        if (face.some((k) => flat[k][2] < camera.near)) return;
+        const normal = unit(cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]])));
+        const middle = between(world[face[0]], world[face[face.length >> 1]], 0.5);
+        if (dot(normal, minus(middle, camera.eye)) >= 0 && !shown.glass) return;
+        const colour = shaded(body.colour, 0.62 + 0.5 * Math.max(0, dot(normal, lightOf)));
+        const smooth = number < body.mesh.smooth;
+        const edge = css(smooth ? colour : shaded(colour, 0.8), alpha);
+        add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, alpha), edge));
+      });
+    }
+    if (body.ball && shown.solids) {
+      const centre = placed(here, body.solid.center);
+      const [x, y, depth] = camera.project(centre);
+      if (shown.shadows && shown.ground && seen === 1) castBall(centre, body.ball);
+      add(depth - body.ball, () => drawBall(x, y, (body.ball * camera.focal) / depth, body.colour, alpha));
+    }
+    for (const piece of body.pieces) {
+      if (!piece.inside || shown.glass || !shown.solids) {
+        const ends = camera.segment(placed(here, piece.from), placed(here, piece.to));
+        if (ends) add((ends[0][2] + ends[1][2]) / 2 - small, () => line(ends, css(shaded(body.colour, 0.8), 1), 3.5, seen));
+      }
+    }
+    if (shown.names && (body.mesh || body.ball || body.links.length)) {
+      const [x, y, depth] = camera.project(placed(here, body.solid.center));
+      if (depth > camera.near) things.push({ depth: 0, paint: () => label(body.name, [x + 6, y - 6]) });
+    }
+  });
+
+  for (const joint of scene.joints) {
+    if (!shown.joints || joint.type === "free" || joint.type === "fixed") continue;
+    const [above, child] = [pose(joint.parent), pose(joint.child)];
+    const seat = placed(above, joint.position);
+    if (joint.slides) {
+      addLine(camera.segment(seat, child.p), (ends) => dashes(ends), 0, (piece) => line(piece, style.steel, 1.5));
+    }
+    if (joint.mesh) {
+      const placedMesh = joint.mesh.vertices.map((vertex) => placed(child, vertex));
+      const flat = placedMesh.map((vertex) => camera.project(vertex));
+      joint.mesh.faces.forEach((face) => {
+        const normal = unit(cross(minus(placedMesh[face[1]], placedMesh[face[0]]), minus(placedMesh[face[2]], placedMesh[face[1]])));
+        const middle = between(placedMesh[face[0]], placedMesh[face[face.length >> 1]], 0.5);
+        if (dot(normal, minus(middle, camera.eye)) >= 0) return;
+        const colour = shaded(rgbOf(style.steel), 0.75 + 0.45 * Math.max(0, dot(normal, lightOf)));
+        const fill = css(colour, state.lit === null ? 1 : 0.4);
+        add(norm(minus(middle, camera.eye)) - small, () => polygon(face.map((k) => flat[k]), fill, fill));
+      });
+    } else {
+      const [x, y, depth] = camera.project(child.p);
+      add(depth - small, () => drawBall(x, y, (0.7 * small * camera.focal) / depth, rgbOf(style.steel), state.lit === null ? 1 : 0.4));
+    }
+  }
+
+  for (const spring of scene.springs) {
+    const ends = camera.segment(placed(pose(spring.first.carrier), spring.first.position), placed(pose(spring.second.carrier), spring.second.position));
+    const amplitude = (2 * small * camera.focal) / (ends ? ends[0][2] : 1);
+    const shape = spring.elastic ? (both) => zigzag(both, amplitude) : (both) => [both];
+    addLine(ends, shape, small, (piece) => line(piece, style.steel, spring.elastic ? 2 : 3.5, state.lit === null ? 1 : 0.4));
+  }
+  for (const rod of scene.rods) {
+    const ends = camera.segment(...rod.ends.map((item) => placed(pose(item.carrier), item.position)));
+    addLine(ends, (both) => cutUp(both, 6), small, (piece) => line(piece, style.steel, 4.5));
+  }
+
+  for (const point of scene.points) {
+    const colour = point.body < 0 ? rgbOf(style.steel) : bodies[point.body].colour;
+    if (point.trace) {
+      const path = traceOf(point);
+      const last = placed(pose(point.carrier), point.position);
+      for (let k = 0; k < frame; k += 12) {
+        const piece = path.slice(k, Math.min(k + 13, frame + 1)).map((place) => camera.project(place));
+        if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+      }
+      const ends = camera.segment(path[frame], last);
+      if (ends) add(ends[0][2], () => line(ends, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+    }
+    if (!point.drawn && !point.trace) continue;
+    const [x, y, depth] = camera.project(placed(pose(point.carrier), point.position));
+    add(depth - 2 * small, () => drawDot(x, y, css(shaded(colour, 0.85), 1)));
+    if (shown.names) things.push({ depth: 0, paint: () => label(point.name, [x + 7, y + 14], style.soft) });
+  }
+
+  things.sort((a, b) => b.depth - a.depth);
+  for (const thing of things) thing.paint();
+  drawScale();
+  reportView();
+}
+
+function castShadow(world) {
+  if (Math.max(...world.map((vertex) => dot(vertex, up))) < level) return;
+  const flat = world.map((vertex) => camera.project(plus(vertex, times(level - dot(vertex, up), up))));
+  if (flat.some((place) => place[2] < camera.near)) return;
+  if (dot(minus(camera.eye, times(level, up)), up) > 0) polygon(hullOf(flat), style.shadow, null);
+}
+
+function castBall(centre, radius) {
+  const [x, y] = across(up);
+  const ring = [...Array(20).keys()].map((k) => plus(centre, plus(times(radius * Math.cos((k * Math.PI) / 10), x), times(radius * Math.sin((k * Math.PI) / 10), y))));
+  castShadow(ring);
+}
+
+function drawBall(x, y, radius, colour, alpha) {
+  const fill = ink.createRadialGradient(x - 0.35 * radius, y - 0.45 * radius, 0.1 * radius, x, y, radius);
+  fill.addColorStop(0, css(shaded(colour, 1.35), alpha));
+  fill.addColorStop(0.6, css(colour, alpha));
+  fill.addColorStop(1, css(shaded(colour, 0.68), alpha));
+  ink.beginPath();
+  ink.arc(x, y, Math.max(radius, 0.5), 0, 2 * Math.PI);
+  ink.fillStyle = fill;
+  ink.fill();
+}
+
+function drawDot(x, y, colour) {
+  ink.beginPath();
+  ink.arc(x, y, 3.5, 0, 2 * Math.PI);
+  ink.fillStyle = style.sky;
+  ink.fill();
+  ink.lineWidth = 2;
+  ink.strokeStyle = colour;
+  ink.stroke();
+}
+
+/** How long a square of the ground is, beside the lower edge. */
+function drawScale() {
+  if (!shown.ground) return;
+  const metres = spacing >= 1000 ? `${spacing / 1000} km` : spacing >= 1 ? `${spacing} m` : spacing >= 0.001 ? `${+(spacing * 1000).toPrecision(3)} mm` : `${spacing.toExponential(0)} m`;
+  ink.textAlign = "right";
+  label(`one square: ${metres}`, [camera.width - 20, camera.height - 78], style.soft);
+  ink.textAlign = "left";
+}
+
+/** What the camera sees, for programs: where a point of the world is on the canvas follows from it. */
+function reportView() {
+  if (state.playing) return;
+  const { eye, right, above, forward, focal, middleX, middleY } = camera;
+  canvas.dataset.view = JSON.stringify({ time: state.time, eye, right, above, forward, focal, middle: [middleX, middleY] });
+}

@@ -1,0 +1,132 @@
+// Vectors are arrays of three numbers, quaternions of four (w, x, y, z); a camera looks along `forward` from `eye`.
+const plus = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const times = (s, a) => [s * a[0], s * a[1], s * a[2]];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const norm = (a) => Math.sqrt(dot(a, a));
+const unit = (a) => times(1 / (norm(a) || 1), a);
+const between = (a, b, s) => plus(a, times(s, minus(b, a)));
+
+/** The rotation matrix of a unit quaternion, row by row. */
+function matrixOf([w, x, y, z]) {
+  return [
+    [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+  ];
+}
+
+const turned = (R, a) => [dot(R[0], a), dot(R[1], a), dot(R[2], a)];
+const placed = (pose, a) => plus(turned(pose.R, a), pose.p);
+
+/** Two directions that make a right-handed frame with a third. */
+function across(direction) {
+  const z = unit(direction);
+  const helper = Math.abs(z[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+  const x = unit(cross(helper, z));
+  return [x, cross(z, x)];
+}
+
+const SIGNS = [-0.5, 0.5];
+
+/** The corners of a box of this size about zero. */
+const cornersOf = (size) => SIGNS.flatMap((x) => SIGNS.flatMap((y) => SIGNS.map((z) => [x * size[0], y * size[1], z * size[2]])));
+
+/** Vertices and faces (counterclockwise from outside) of a box or a cylinder in the frame (x, y, z) about a centre. */
+function meshOf(kind, size, center, [x, y, z], sides) {
+  const at = (a, b, c) => plus(center, plus(times(a, x), plus(times(b, y), times(c, z))));
+  if (kind === "box") {
+    const [a, b, c] = size.map((side) => side / 2);
+    const vertices = [];
+    for (const k of [-c, c]) for (const j of [-b, b]) for (const i of [-a, a]) vertices.push(at(i, j, k));
+    return { vertices, faces: [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]], smooth: 0 };
+  }
+  const [radius, height] = size;
+  const vertices = [];
+  for (const k of [-height / 2, height / 2]) {
+    for (let i = 0; i < sides; i++) {
+      const angle = (2 * Math.PI * i) / sides;
+      vertices.push(at(radius * Math.cos(angle), radius * Math.sin(angle), k));
+    }
+  }
+  const ring = [...Array(sides).keys()];
+  const faces = ring.map((i) => [i, (i + 1) % sides, sides + ((i + 1) % sides), sides + i]);
+  return { vertices, faces: [...faces, ring.slice().reverse(), ring.map((i) => sides + i)], smooth: sides };
+}
+
+/** The corners of the convex polygon around points of the plane (Andrew's monotone chain). */
+function hullOf(points) {
+  const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const half = (list) => {
+    const chain = [];
+    for (const p of list) {
+      while (chain.length > 1) {
+        const [a, b] = chain.slice(-2);
+        if ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0) break;
+        chain.pop();
+      }
+      chain.push(p);
+    }
+    return chain.slice(0, -1);
+  };
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
+/** A camera that turns about a target; `up` is the direction that stays up, `x` the direction that angle 0 looks from. */
+class Camera {
+  constructor(up) {
+    this.up = up;
+    [this.x, this.y] = Math.abs(up[2]) > 0.999 ? [[1, 0, 0], [0, Math.sign(up[2]), 0]] : across(up);
+    this.halfAngle = (17 * Math.PI) / 180;
+    Object.assign(this, { azimuth: 0, elevation: 0, distance: 1, target: [0, 0, 0] });
+    this.show(1, 1, { left: 0, right: 1, top: 0, bottom: 1 });
+  }
+
+  /** Take the size of the canvas and the part of it that nothing covers. */
+  show(width, height, free) {
+    Object.assign(this, { width, height, free });
+    [this.middleX, this.middleY] = [(free.left + free.right) / 2, (free.top + free.bottom) / 2];
+  }
+
+  aim() {
+    const [ca, sa, ce, se] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
+    const out = plus(times(ce * ca, this.x), plus(times(ce * sa, this.y), times(se, this.up)));
+    this.forward = times(-1, out);
+    this.right = plus(times(-sa, this.x), times(ca, this.y));
+    this.above = cross(this.right, this.forward);
+    this.eye = plus(this.target, times(this.distance, out));
+    this.focal = Math.min(this.width, this.height) / 2 / Math.tan(this.halfAngle);
+    this.near = this.distance / 500;
+  }
+
+  /** Go as near as points, given against the target, still fit into the free part. */
+  fit(points) {
+    this.aim();
+    const [wide, high] = [(this.free.right - this.free.left) / 2, (this.free.bottom - this.free.top) / 2];
+    const needed = points.map((point) => {
+      const [x, y] = [Math.abs(dot(point, this.right)) / wide, Math.abs(dot(point, this.above)) / high];
+      return this.focal * Math.max(x, y) - dot(point, this.forward);
+    });
+    this.distance = 1.06 * needed.reduce((most, value) => Math.max(most, value), 0);
+    this.aim();
+  }
+
+  /** Position on the canvas and distance along the line of sight, which is below `near` where the point cannot be drawn. */
+  project(point) {
+    const ray = minus(point, this.eye);
+    const depth = dot(ray, this.forward);
+    const scale = this.focal / Math.max(depth, this.near);
+    return [this.middleX + scale * dot(ray, this.right), this.middleY - scale * dot(ray, this.above), depth];
+  }
+
+  /** Both ends of a line on the canvas, cut where it comes too near; null where nothing of it is in front. */
+  segment(a, b) {
+    const [da, db] = [a, b].map((point) => dot(minus(point, this.eye), this.forward));
+    if (da < this.near && db < this.near) return null;
+    const cut = (s) => between(a, b, s);
+    const first = da < this.near ? cut((this.near * 1.001 - da) / (db - da)) : a;
+    const second = db < this.near ? cut((this.near * 1.001 - da) / (db - da)) : b;
+    return [this.project(first), this.project(second)];
+  }
+}

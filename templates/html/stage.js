@@ -1,0 +1,189 @@
+const byId = (name) => document.getElementById(name);
+const page = document.documentElement;
+
+/** Make what went wrong visible to whoever looks, person or program. */
+window.addEventListener("error", (event) => {
+  page.dataset.error = event.message;
+  byId("warning").hidden = false;
+  byId("warning").textContent = `The animation failed: ${event.message}`;
+});
+
+const scene = JSON.parse(byId("data").textContent);
+const PALETTE = ["#3f7fdb", "#ef8b2c", "#34a56f", "#e2586a", "#8d70d8", "#24a4b5", "#d3a21f", "#d667a6", "#9c7650", "#7c8aa0"];
+const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+const moments = new Float64Array(bytes(scene.times));
+const poses = new Float32Array(bytes(scene.poses));
+const [count, carriers] = [moments.length, scene.carriers];
+const [start, end] = [moments[0], moments[count - 1]];
+
+// -- motion ------------------------------------------------------------------------------------------------------------
+
+const REST = { R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], p: [0, 0, 0] };
+
+/** Pose of a carrier at a stored frame, or between it and the next. */
+function poseAt(carrier, frame, part) {
+  if (carrier < 0) return REST;
+  const here = 7 * (frame * carriers + carrier);
+  const a = poses.subarray(here, here + 7);
+  if (part <= 0 || frame + 1 >= count) return { R: matrixOf(a.subarray(0, 4)), p: [a[4], a[5], a[6]] };
+  const b = poses.subarray(here + 7 * carriers, here + 7 * carriers + 7);
+  let sign = 0;
+  for (let k = 0; k < 4; k++) sign += a[k] * b[k];
+  const q = [0, 1, 2, 3].map((k) => (1 - part) * a[k] + part * Math.sign(sign || 1) * b[k]);
+  const length = Math.hypot(...q) || 1;
+  const p = [4, 5, 6].map((k) => (1 - part) * a[k] + part * b[k]);
+  return { R: matrixOf(q.map((value) => value / length)), p };
+}
+
+/** The stored frame at or before a time, and how far the time is from it to the next, 0 to 1. */
+function frameAt(time) {
+  let [low, high] = [0, count - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (moments[middle] <= time) low = middle;
+    else high = middle;
+  }
+  if (count === 1) return [0, 0];
+  const part = (time - moments[low]) / (moments[high] - moments[low] || 1);
+  return [low, Math.min(Math.max(part, 0), 1)];
+}
+
+// -- what is there -----------------------------------------------------------------------------------------------------
+
+const up = norm(scene.gravity) > 0 ? unit(times(-1, scene.gravity)) : [0, 0, 1];
+const camera = new Camera(up);
+const massive = scene.bodies.filter((body) => body.solid.kind !== "none");
+const bodies = scene.bodies.map((body) => ({ ...body, colour: colourOf(body), reach: reachOf(body) }));
+
+/** Bodies with mass take the colours in their order; what only carries others is grey. */
+function colourOf(body) {
+  return rgbOf(body.solid.kind === "none" ? "#8a94a3" : PALETTE[massive.indexOf(body) % PALETTE.length]);
+}
+
+function rgbOf(text) {
+  return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
+}
+
+/** Places of a body that its picture reaches: corners around its solid, and the ends of its links. */
+function reachOf({ solid: { kind, size, center, axes }, links }) {
+  if (kind === "none" || kind === "point") return [center, ...links];
+  const [width, depth, height] = kind === "box" ? size : [2 * size[0], 2 * size[0], kind === "sphere" ? 2 * size[0] : size[1]];
+  const corner = ([a, b, c]) => plus(center, plus(times(a, axes[0]), plus(times(b, axes[1]), times(c, axes[2]))));
+  return [...cornersOf([width, depth, height]).map(corner), ...links];
+}
+
+/** Whether a solid hides a place of its body. */
+function holds({ kind, size, center, axes }, place) {
+  const [x, y, z] = axes.map((axis) => Math.abs(dot(axis, minus(place, center))));
+  if (kind === "box") return x < size[0] / 2 && y < size[1] / 2 && z < size[2] / 2;
+  if (kind === "cylinder") return Math.hypot(x, y) < size[0] && z < size[1] / 2;
+  return kind === "sphere" && Math.hypot(x, y, z) < size[0];
+}
+
+/** Corners around which the picture is laid: of solids, links and points, at up to 120 frames. */
+const bounds = (() => {
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  const cloud = [];
+  let [travel, first, box] = [0, null, null];
+  let spread = 0;
+  const stride = Math.max(1, Math.floor(count / 120));
+  for (let frame = 0; frame < count; frame += stride) {
+    const [near, far] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    const take = (carrier, place) => {
+      const p = placed(poseAt(carrier, frame, 0), place);
+      if (frame % (12 * stride) === 0 || bodies.length < 12) cloud.push(p);
+      for (let k = 0; k < 3; k++) {
+        near[k] = Math.min(near[k], p[k]);
+        far[k] = Math.max(far[k], p[k]);
+      }
+    };
+    for (const body of bodies) for (const place of body.reach) take(body.carrier, place);
+    for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
+    const middle = between(near, far, 0.5);
+    first = first || middle;
+    box = box || minus(far, near);
+    travel = Math.max(travel, norm(minus(middle, first)));
+    spread = Math.max(spread, norm(minus(far, near)));
+    for (let k = 0; k < 3; k++) {
+      low[k] = Math.min(low[k], near[k]);
+      high[k] = Math.max(high[k], far[k]);
+    }
+  }
+  return { low, high, box, cloud, spread: spread || 1, travel };
+})();
+
+const following = bounds.travel > 3 * bounds.spread;
+const unitSize = following ? bounds.spread : norm(minus(bounds.high, bounds.low)) || 1;
+const small = unitSize * 0.012;
+for (const body of bodies) {
+  const { kind, size, center, axes } = body.solid;
+  const sides = bodies.length > 60 ? 10 : 28;
+  body.mesh = kind === "box" || kind === "cylinder" ? meshOf(kind, size, center, axes, sides) : null;
+  body.pieces = body.links.flatMap((link) => {
+    const cuts = [...Array(13).keys()].map((k) => between(body.hub, link, k / 12));
+    return cuts.slice(1).map((to, k) => ({ from: cuts[k], to, inside: holds(body.solid, between(cuts[k], to, 0.5)) }));
+  });
+  body.ball = kind === "sphere" ? size[0] : kind === "point" ? 1.6 * small : 0;
+}
+for (const joint of scene.joints) {
+  const [x, y] = across(joint.axis);
+  joint.mesh = joint.turns ? meshOf("cylinder", [0.8 * small, 2.6 * small], [0, 0, 0], [x, y, unit(joint.axis)], 12) : null;
+}
+const traces = new Map();
+
+function traceOf(point) {
+  if (!traces.has(point)) {
+    const path = [];
+    for (let frame = 0; frame < count; frame++) path.push(placed(poseAt(point.carrier, frame, 0), point.position));
+    traces.set(point, path);
+  }
+  return traces.get(point);
+}
+
+const middle = between(bounds.low, bounds.high, 0.5);
+
+/** Where the ground is, along `up`: at zero, or below all that hangs lower. */
+const lowest = dot(middle, up) + Math.min(...cornersOf(minus(bounds.high, bounds.low)).map((corner) => dot(corner, up)));
+const level = lowest < -0.01 * unitSize || lowest > unitSize ? lowest - 0.02 * unitSize : Math.min(0, lowest);
+const spacing = (() => {
+  const rough = unitSize / 6;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
+})();
+
+// -- state of the page -------------------------------------------------------------------------------------------------
+
+const hash = new URLSearchParams(location.hash.slice(1));
+const asked = hash.has("t") ? Number(hash.get("t")) : NaN;
+const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+const shown = { solids: true, glass: false, names: false, joints: true, ground: true, shadows: true, follow: following, repeat: true };
+const state = {
+  time: Number.isFinite(asked) ? Math.min(Math.max(asked, start), end) : start,
+  playing: !Number.isFinite(asked) && !calm && count > 1,
+  speed: 1,
+  lit: null,
+};
+const SPEEDS = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
+state.speed = (() => {
+  const length = end - start;
+  if (length >= 3 && length <= 90) return 1;
+  return SPEEDS.reduce((best, speed) => (Math.abs(Math.log(length / speed / 10)) < Math.abs(Math.log(length / best / 10)) ? speed : best), 1);
+})();
+
+function resetView() {
+  const extent = following ? bounds.box.map((side) => Math.max(side, 0.3 * bounds.spread)) : minus(bounds.high, bounds.low);
+  const [wide, deep] = [Math.abs(dot(extent, camera.x)), Math.abs(dot(extent, camera.y))];
+  camera.target = following ? centreAt(state.time) : middle;
+  // a machine that moves in a plane is looked at from the side of that plane
+  camera.azimuth = deep < 0.4 * wide ? -1.28 : wide < 0.4 * deep ? 0.29 : -0.92;
+  camera.elevation = Math.min(deep, wide) < 0.4 * Math.max(deep, wide) ? 0.2 : 0.36;
+  const least = cornersOf([1, 1, 1].map((side) => 0.15 * side * unitSize));
+  camera.fit([...least, ...(following ? cornersOf(extent) : bounds.cloud.map((place) => minus(place, middle)))]);
+}
+
+function centreAt(time) {
+  const [frame, part] = frameAt(time);
+  let sum = [0, 0, 0];
+  for (const body of bodies) sum = plus(sum, placed(poseAt(body.carrier, frame, part), body.solid.center));
+  return times(1 / bodies.length, sum);
+}

@@ -1,0 +1,62 @@
+"""A headless Chromium for tests: opens a page from disk and gives back what it drew, its HTML, and what it complained of."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+MAC = Path("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome")
+MISSING = "these tests look at pages in Chromium, and none is installed; try: apt-get install chromium, or CHROMIUM=<its path>"
+_QUIET = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--hide-scrollbars", "--enable-logging=stderr", "--log-level=0",
+)  # fmt: skip
+
+
+def chromium() -> str | None:
+    """Return the browser's command; ``CHROMIUM`` names one that is not on the path."""
+    named = [os.environ["CHROMIUM"]] if "CHROMIUM" in os.environ else []
+    found = next((path for name in (*named, *NAMES) if (path := shutil.which(name))), None)
+    return found or (str(MAC) if MAC.is_file() else None)
+
+
+class Browser:
+    """Opens pages, each in a new process with a new profile.
+
+    Attributes
+    ----------
+    said : what the last page has written to its console.
+    """
+
+    def __init__(self, command: str, width: int = 1000, height: int = 640) -> None:
+        self.command = command
+        self.size = f"--window-size={width},{height}"
+        self.said: list[str] = []
+
+    def document(self, page: Path, place: str = "", *options: str) -> str:
+        """Return the page's HTML after its scripts have run."""
+        return self._run(page, place, "--dump-dom", *options)
+
+    def picture(self, page: Path, place: str = "", *options: str) -> np.ndarray:
+        """Return what the page looks like, (height, width, 3), 0 to 255."""
+        import matplotlib.image  # this is a reader of PNG that is there anyway
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "page.png"
+            self._run(page, place, f"--screenshot={file}", *options)
+            return np.round(255 * matplotlib.image.imread(file)[..., :3]).astype(int)
+
+    def _run(self, page: Path, place: str, *options: str) -> str:
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+            words = [self.command, *_QUIET, self.size, f"--user-data-dir={profile}", "--virtual-time-budget=2000", *options]
+            words.append(f"{page.as_uri()}#{place}")
+            done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+        self.said = re.findall(r'CONSOLE[^\]]*\] "(.*)", source: ', done.stderr)
+        return done.stdout

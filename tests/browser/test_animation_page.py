@@ -1,0 +1,174 @@
+"""The animation as a browser shows it: bodies where the projection says, in their colours, at two times; controls that work."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.resources import template_folder
+from tests.browser.chromium import Browser
+from tests.runtime.scenes import breaking
+
+TRICK = "</script><script>document.title='taken'</script><!-- <b>&amp; ${name} @data@ \u2028"
+
+
+@cache
+def run() -> eomgen.Solution:
+    """Return the motion of two boxes on a slowly moving base, a sphere, and a spring."""
+    builder = eomgen.SceneBuilder("boxes", description=TRICK)
+    builder.base(position=["0.1 * sin(t)", 0, 0], rotation=[([0, 0, 1], "0.2 * t")])
+    builder.body("upper", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.06, 0.07, 0.03])
+    builder.body("lower", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.06, 0.07, 0.03])
+    builder.body("ball", 0.5, inertia=[0.01, 0.01, 0.01])
+    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, -1, 0], initial={"position": 1.0})
+    builder.joint("elbow", "revolute", "upper", "lower", axis=[1, -1, 0], position=[0, 0, -0.8], initial={"position": 0.7})
+    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0], position=[-1.0, 0, 0.3], initial={"velocity": -1.0})
+    builder.point("tip", "lower", [0, 0, -0.8]).point("anchor", "base", [-0.3, 0, 0.3]).point("hook", "ball", [0.23, 0, 0])
+    builder.spring("cord", "anchor", "hook", stiffness=8.0, length=0.5)
+    builder.output("tip", position="tip", unit="m")
+    solution = eomgen.build(builder.build(), profile="quick").simulate(2.0, 1e-3)
+    assert solution.success
+    return solution
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return run().animate(tmp_path_factory.mktemp("page") / "boxes.html")
+
+
+def element(document: str, tag: str, attribute: str) -> str:
+    found = re.search(rf'<{tag}\b[^>]*\b{attribute}="([^"]*)"', document)
+    assert found, f"no <{tag} {attribute}=...> in the page"
+    return html.unescape(found[1])
+
+
+def projected(view: dict, place: np.ndarray) -> tuple[int, int]:
+    """Return the pixel (column, row) of a place in the world: a pinhole camera, worked out anew."""
+    axes = np.array([view["right"], view["above"], view["forward"]])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    x, y, depth = axes @ (place - view["eye"])
+    assert depth > 0
+    column, row = view["middle"][0] + view["focal"] * x / depth, view["middle"][1] - view["focal"] * y / depth
+    return round(column), round(row)
+
+
+def palette() -> list[np.ndarray]:
+    text = (template_folder() / "html" / "stage.js").read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("const PALETTE"))
+    return [np.array([int(code[k : k + 2], 16) for k in (0, 2, 4)]) for code in re.findall(r"#([0-9a-f]{6})", line)]
+
+
+def likeness(pixel: np.ndarray, colour: np.ndarray) -> float:
+    """Return the cosine between two colours without their grey part: 1 for lighter and darker shades of one."""
+    a, b = pixel - pixel.mean(), colour - colour.mean()
+    return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) + 1e-9)) if np.linalg.norm(a) > 12 else 0.0
+
+
+def centres(solution: eomgen.Solution, row: int) -> dict[str, np.ndarray]:
+    """Return the centres of mass in the world, by rotation matrices from the stored quaternions."""
+    found = {}
+    for name, center in {"upper": [0, 0, -0.4], "lower": [0, 0, -0.4], "ball": [0, 0, 0]}.items():
+        w, x, y, z = solution.poses[name][row, :4]
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        found[name] = solution.poses[name][row, 4:] + (np.eye(3) + 2 * w * cross + 2 * cross @ cross) @ center
+    return found
+
+
+#: Says on the console what the camera sees whenever the page tells it: pictures have another size than documents.
+WATCH = """<script>
+new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(canvas, { attributeFilter: ["data-view"] });
+</script>"""
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_bodies_are_where_the_projection_says_at_two_times(
+    page: Path, browser: Browser, tmp_path: Path, theme: str
+) -> None:  # fmt: skip
+    copy = tmp_path / "watched.html"
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + "</body>"), encoding="utf-8")
+    solution, places = run(), {}
+    for row in (200, 1100):
+        picture = browser.picture(copy, f"t={float(solution.t[row])}&theme={theme}")
+        assert all(line.startswith("view {") for line in browser.said), browser.said
+        view = json.loads(browser.said[-1].removeprefix("view "))
+        assert view["time"] == pytest.approx(solution.t[row], abs=1e-9)
+        for (name, centre), colour in zip(centres(solution, row).items(), palette(), strict=False):
+            column, line = places[name, row] = projected(view, centre)
+            block = picture[line - 2 : line + 3, column - 2 : column + 3].reshape(-1, 3)
+            assert np.median([likeness(pixel, colour) for pixel in block]) > 0.93, f"{name} is not drawn at {column}, {line}"
+        if row == 1100:  # where the body was before, there is ground now
+            column, line = places["lower", 200]
+            assert np.hypot(*np.subtract(places["lower", 200], places["lower", 1100])) > 100
+            assert likeness(picture[line, column], palette()[1]) < 0.9, f"lower is still drawn at {column}, {line}"
+        corner = picture[5, 5].sum() / 3
+        assert corner > 230 if theme == "light" else corner < 40
+
+
+CONTROLS = """
+<script>
+const press = (key, more) => window.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, ...more }));
+const told = { begin: state.time, rows: count };
+const clock = () => (showTime(), byId("clock").textContent);
+press("ArrowRight"); told.stepped = state.time;
+press("ArrowLeft"); press("End"); told.end = state.time; told.clock = clock();
+press("Home"); told.home = state.time;
+press("+"); told.faster = byId("speed").value; press("-"); press("-"); told.slower = byId("speed").value;
+press("d"); told.theme = document.documentElement.dataset.theme; press("d");
+const view = JSON.stringify([camera.azimuth, camera.distance, camera.target]);
+const pointer = (type, clientX, clientY, more) =>
+  canvas.dispatchEvent(new PointerEvent(type, { pointerId: 1, clientX, clientY, ...more }));
+canvas.setPointerCapture = () => {};
+pointer("pointerdown", 300, 300); pointer("pointermove", 340, 320); pointer("pointerup", 340, 320);
+pointer("pointerdown", 300, 300); pointer("pointermove", 340, 320, { shiftKey: true }); pointer("pointerup", 340, 320);
+canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: 200, cancelable: true }));
+told.turned = JSON.stringify([camera.azimuth, camera.distance, camera.target]) !== view;
+press("r"); told.reset = JSON.stringify([camera.azimuth, camera.distance, camera.target]) === view;
+for (const box of document.querySelectorAll("input[type=checkbox]")) { box.click(); draw(); }
+for (const item of document.querySelectorAll("#bodies li")) { item.focus(); draw(); item.blur(); }
+byId("fold").click(); told.folded = byId("entries").hidden;
+byId("slider").value = 3; byId("slider").dispatchEvent(new Event("input")); told.slid = state.time;
+press(" "); told.playing = state.playing; tick(1000); tick(1050); told.played = state.time;
+byId("play").click(); told.paused = !state.playing;
+told.title = document.title; told.description = byId("description").textContent;
+told.names = [...document.querySelectorAll("#bodies li, #points li, #others li")].map((item) => item.textContent);
+told.unnamed = [...document.querySelectorAll("button, input, select")].filter((item) =>
+  !(item.getAttribute("aria-label") || item.textContent.trim() || (item.labels && item.labels.length))).length;
+told.label = canvas.getAttribute("aria-label");
+document.body.dataset.told = JSON.stringify(told);
+</script>
+"""
+
+
+def test_every_control_does_what_it_says(page: Path, browser: Browser, tmp_path: Path) -> None:
+    copy = tmp_path / "controls.html"
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", CONTROLS + "</body>"), encoding="utf-8")
+    document = browser.document(copy, "t=0&theme=light")
+    told = json.loads(element(document, "body", "data-told"))
+    assert browser.said == []
+    assert told["rows"] == 601 and told["begin"] == told["home"] == 0.0
+    assert 0.0 < told["stepped"] <= 0.005 and told["end"] == 2.0 and told["clock"] == "2.000 s / 2.00 s"
+    assert (told["faster"], told["slower"]) == ("0.5", "0.1")  # it begins with 0.2: two seconds play in ten
+    assert told["theme"] == "dark" and told["turned"] and told["reset"] and told["folded"]
+    assert told["playing"] and told["paused"] and told["played"] == pytest.approx(told["slid"] + 0.05 * 0.1)
+    assert told["title"] == "boxes" and told["description"] == TRICK
+    assert told["names"] == ["upper", "lower", "ball", "tip", "anchor", "hook", "cord"]
+    assert told["unnamed"] == 0
+    assert told["label"].startswith("3-D animation of boxes: 3 bodies from 0.000 s to 2.000 s.")
+
+
+def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_path: Path) -> None:
+    solution = breaking().simulate()
+    assert not solution.success
+    document = browser.document(solution.animate(tmp_path / "failed.html"), "t=0")
+    assert f"This run did not reach its end: {solution.message}" in html.unescape(document)
+    single = breaking().simulate(0.0)
+    assert len(single.t) == 1
+    document = browser.document(single.animate(tmp_path / "single.html"))
+    assert re.search(r'<input id="slider"[^>]*disabled', document) and browser.said == []
