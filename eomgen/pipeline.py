@@ -133,12 +133,13 @@ def build(
     library = _library(scene, terms, _method_name(scene, method), profile, real)
     constrained = scene.coordinates == "absolute" or bool(scene.constraints)
     start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
-    long = not constrained and any(function["name"] == "iteration" for function in library.layout["functions"])
+    there = [function["name"] for function in library.layout["functions"]]
+    long = not constrained and not scene.states and "iteration" in there
 
     def stepper(other: str) -> Library:
         """Return a library with another method's stepper; of long trees without their dense partials."""
-        needed = [("iteration" if long and term == "partials" else term) for term in terms_of(other, constrained)]
-        return _library(scene, needed, other, profile, real)
+        needed = terms_of(other, constrained, bool(scene.states))
+        return _library(scene, [("iteration" if long and term == "partials" else term) for term in needed], other, profile, real)
 
     return Model(scene, library, stepper, start)
 

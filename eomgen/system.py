@@ -80,7 +80,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named number of the interface: a tunable parameter (value = default), an input or an output component group."""
+    """A named number of the interface: a tunable parameter or a state (value = default), an input, an output's components."""
 
     name: str
     value: float = 0.0
@@ -117,7 +117,9 @@ class System:
         For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
     multipliers : tuple of str
         Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
-    patterns : mapping from K, C, M, B, Z to (row, column) pairs
+    states : tuple of Quantity
+        Internal states, with their initial values.
+    patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
         Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
     inner_owners : tuple of int
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
@@ -141,7 +143,7 @@ class System:
     initial_v: tuple[float, ...]
     dof_parent: tuple[int, ...]
     facts: Facts
-    initial_z: tuple[float, ...] = ()
+    states: tuple[Quantity, ...] = ()
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
@@ -169,7 +171,11 @@ class System:
 
     @property
     def nz(self) -> int:
-        return len(self.initial_z)
+        return len(self.states)
+
+    @property
+    def initial_z(self) -> tuple[float, ...]:
+        return tuple(state.value for state in self.states)
 
     @cached_property
     def counts(self) -> dict[str, Counts]:
@@ -192,14 +198,15 @@ class System:
 
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:
-        """Names from the scene of components of p, u, q, v and a, as ``sympy`` uses them.
+        """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
 
-        Parameters and inputs have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or ``q_ball_0`` and so
-        on for joints of several. A name that two components would share, or that looks like a component's place in its
-        array (``q0``, ``p_1``), is left out: such a component is called by its place.
+        Parameters, inputs and states have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or
+        ``q_ball_0`` and so on for joints of several. A name that two components would share, or that looks like a component's
+        place in its array (``q0``, ``p_1``), is left out: such a component is called by its place.
         """
         names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
         names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}
+        names |= {InputSymbol("z", index): item.name for index, item in enumerate(self.states)}
         for factor in self.factors:
             blocks = (("q", factor.q_start, factor.q_size), *((b, factor.v_start, factor.v_size) for b in ("v", "a")))
             for block, start, size in blocks:

@@ -71,6 +71,7 @@ def to_program(
         factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
         parameters=_named(system.parameters, "p_"),
         inputs=_named(system.inputs, "u_"),
+        states=_named(system.states, "z_"),
         outputs=_named(system.outputs, "y_"),
         bodies=system.bodies,
         multipliers=system.multipliers,

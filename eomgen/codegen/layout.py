@@ -19,14 +19,14 @@ def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
 
     Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations, counts``;
-    each of ``parameters, inputs, outputs`` is a list of ``name, member, value, size, unit, description``.
+    each of ``parameters, inputs, states, outputs`` is a list of ``name, member, value, size, unit, description``.
     """
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)
         for field in dataclasses.fields(program)
         if field.name not in ("functions", "loops", "curves")
     }
-    for key in ("parameters", "inputs", "outputs"):
+    for key in ("parameters", "inputs", "states", "outputs"):
         layout[key] = [dataclasses.asdict(named) for named in layout[key]]
     layout["functions"] = [
         {

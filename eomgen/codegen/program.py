@@ -157,6 +157,7 @@ class Program:
     factors: tuple[Mapping[str, Any], ...]
     parameters: tuple[Named, ...]
     inputs: tuple[Named, ...]
+    states: tuple[Named, ...]
     outputs: tuple[Named, ...]
     bodies: tuple[str, ...]
     multipliers: tuple[str, ...]

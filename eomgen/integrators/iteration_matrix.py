@@ -6,7 +6,13 @@ Unknowns (E, h lam, eta) with the mean velocity D = E - B_n^T eta and q = q_n o 
     [ B T                    0     -B T B_n^T     ]        B, Z       of w = B v + Phi_t in v and in q
     [ b B + z Z T            0    -z Z T B_n^T    ]        T          tangent operator at h D, B_n: B at q_n
 
-With m = b*, c = h g*, k = h^2, b = g*, z = h this is the derivative of a step. The entry -h^2 K T B_n^T beside B^T is left out:
+Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot), f = zdot(q, v, z, t):
+
+    [ c Fv + k Fq T          0             0       k Fz - d ]      F, Rz  partials of f, and of the residual in z
+    and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out, as below)
+
+With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T beside
+B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z = 0 and
 T = 1 the same places hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no eta, and of w
 the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
@@ -27,16 +33,16 @@ Array = NDArray[np.float64]
 Place = tuple[int, int]
 
 #: Weights of the sum of matrices above, by position in the arrays of terms.
-WEIGHTS = ("M", "C", "K", "B", "Z", "one")
-_MATRICES = ("K", "C", "M", "B", "Z", "X")
+WEIGHTS = ("M", "C", "K", "B", "Z", "one", "zdot")
+_MATRICES = ("K", "C", "M", "B", "Z", "X", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 
 @dataclass(frozen=True)
 class Unknowns:
     """How many unknowns of each kind a step has, and where the equations are.
 
-    ``inner`` unknowns belong to the matrix only (the extended system of a long tree): their equations have no right side,
-    and nobody asks for their solution.
+    ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree): their
+    equations have no right side, and nobody asks for their solution.
     """
 
     v: int
@@ -44,6 +50,7 @@ class Unknowns:
     holonomic: int
     stabilised: bool
     inner: int = 0
+    z: int = 0
 
     @property
     def eta(self) -> int:
@@ -51,7 +58,12 @@ class Unknowns:
 
     @property
     def size(self) -> int:
-        return self.v + self.lam + self.eta
+        return self.v + self.lam + self.eta + self.z
+
+    @property
+    def first_z(self) -> int:
+        """First row and column of the internal states."""
+        return self.size - self.z
 
     @property
     def matrix_size(self) -> int:
@@ -135,17 +147,19 @@ class Terms:
         The blocks of T that are needed: nine numbers of a rotation, then nine below them on SE(3).
     linear, products : from (row, column) to terms
         (weight, number), and (weight, number, nonzero of B_n), which are subtracted.
+    rate_diagonal : where d is subtracted, one place for each internal state
     """
 
     moved: list[list[tuple[int, int]]] = field(default_factory=list)
     tangents: list[tuple[int, int]] = field(default_factory=list)
     tangent_size: int = 0
     linear: dict[Place, list[tuple[int, int]]] = field(default_factory=dict)
+    rate_diagonal: list[Place] = field(default_factory=list)
     products: dict[Place, list[tuple[int, int, int]]] = field(default_factory=dict)
 
     @property
     def entries(self) -> set[Place]:
-        return set(self.linear) | set(self.products)
+        return set(self.linear) | set(self.products) | set(self.rate_diagonal)
 
     @property
     def operations(self) -> int:
@@ -158,7 +172,7 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
     """Return the terms of the matrix above."""
     terms = Terms()
     columns = _tangent_rows(factors, terms, packing)
-    moved = {name: _moved(packing.places[name], columns, terms, packing.size) for name in ("K", "B", "Z")}
+    moved = {name: _moved(packing.places[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
     weight = {name: number for number, name in enumerate(WEIGHTS)}
     nv = unknowns.v
 
@@ -182,6 +196,16 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
     for (constraint, column), number in moved["B"].items():
         if (phi_row := unknowns.phi_row(constraint)) is not None:
             add(phi_row, column, "one", number)
+    for name, numbers in (("K", moved["Fq"]), ("C", packing.places["Fv"])):
+        for (state, column), number in numbers.items():
+            add(unknowns.first_z + state, column, name, number)
+    for (row, state), number in packing.places["Rz"].items():
+        add(unknowns.equation(row), unknowns.first_z + state, "K", number)
+    for (state, other), number in packing.places["Fz"].items():
+        add(unknowns.first_z + state, unknowns.first_z + other, "K", number)
+    for (state, column), number in packing.places["Fx"].items():
+        add(unknowns.first_z + state, unknowns.size + column, "one", number)
+    terms.rate_diagonal += [(unknowns.first_z + state, unknowns.first_z + state) for state in range(unknowns.z)]
     if unknowns.eta:
         by_column: dict[int, list[tuple[int, int]]] = {}
         start = packing.blocks["B"][0]
@@ -201,7 +225,7 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
 
 def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
     """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
-    needed = {column for name in ("K", "B", "Z") for _, column in packing.places[name]}
+    needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.places[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):
         at, start = factor.v_start, terms.tangent_size
@@ -246,6 +270,8 @@ def evaluate_terms(terms: Terms, numbers: Array, tangents: Array, B_n: Array, we
     for place, products in terms.products.items():
         for weight, number, nonzero in products:
             entries[place] = entries[place] - weights[weight] * known[number] * B_n[:, nonzero]
+    for place in terms.rate_diagonal:
+        entries[place] = entries[place] - weights[WEIGHTS.index("zdot")]
     return entries
 
 

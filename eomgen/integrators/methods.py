@@ -2,6 +2,7 @@
 
 Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and Cardona,
 Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.
+Equations of first order beside them: Jansen, Whiting and Hulbert, Comput. Methods Appl. Mech. Engrg. 190 (2000) 305.
 Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
 """
 
@@ -41,10 +42,6 @@ class Need:
 _UNCONSTRAINED = Need(
     "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
     "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
-_NO_INTERNAL_STATES = Need(
-    "internal_states", False, "it advances configuration and velocity only and would leave the internal states where they are",
-    "remove the filters or controllers with memory, or feed their result in as an input",
 )  # fmt: skip
 
 
@@ -88,7 +85,7 @@ class GeneralizedAlpha:
     family: str = field(default=GENERALIZED_ALPHA, init=False)
     order: int = field(default=2, init=False)
     source: str = field(default=_SOURCE, init=False)
-    needs: tuple[Need, ...] = field(default=(_NO_INTERNAL_STATES,), init=False)
+    needs: tuple[Need, ...] = field(default=(), init=False)
 
     def __post_init__(self) -> None:
         if self.case is not None:
@@ -173,6 +170,20 @@ class GeneralizedAlpha:
     def beta(self) -> Fraction:
         return (self.gamma + Fraction(1, 2)) ** 2 / 4 if self.case is None else self.case.beta
 
+    @property
+    def rate_alpha_m(self) -> Fraction:
+        """What alpha_m is to internal states z, equations of first order (Jansen, Whiting and Hulbert 2000); a case's own."""
+        return (3 * self.rho - 1) / (2 * (self.rho + 1)) if self.case is None else self.case.alpha_m
+
+    @property
+    def rate_gamma(self) -> Fraction:
+        return Fraction(1, 2) + self.alpha_f - self.rate_alpha_m if self.case is None else self.case.gamma
+
+    @property
+    def rate_gain(self) -> Fraction:
+        """Change of zdot with (z - z_n)/step."""
+        return (1 - self.rate_alpha_m) / (self.rate_gamma * (1 - self.alpha_f))
+
     def _check(self) -> None:
         if self.case is not None:
             return
@@ -181,6 +192,8 @@ class GeneralizedAlpha:
         _hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
         optimal = Coefficients("chung_hulbert", self.alpha_m, self.alpha_f, self.beta, self.gamma, _SOURCE)
         _hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
+        at_infinity = max(self.alpha_f / (1 - self.alpha_f), abs(1 - self.rate_gamma) / self.rate_gamma)
+        _hold("the same for internal states", at_infinity == self.rho)
 
 
 @dataclass(frozen=True)
@@ -203,7 +216,7 @@ class RungeKuttaMuntheKaas:
     commutators: int
     source: str
     family: str = field(default=RKMK, init=False)
-    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED, _NO_INTERNAL_STATES), init=False)
+    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
 
     def __post_init__(self) -> None:
         A, b, c = self.A, self.b, self.c

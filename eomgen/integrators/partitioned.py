@@ -35,9 +35,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     """
 
     family: str = field(default=PARTITIONED, init=False)
-    needs: tuple[Need, ...] = field(
-        default=(_CONSTRAINED, *(need for need in RUNGE_KUTTA_MUNTHE_KAAS_4.needs if need.fact != "constraints")), init=False
-    )
+    needs: tuple[Need, ...] = field(default=(_CONSTRAINED,), init=False)
 
 
 PARTITIONED_RUNGE_KUTTA_4 = PartitionedRungeKutta(

@@ -28,7 +28,7 @@ UNROLLED = 4000
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
 DENSE_FALLBACK = 120
 #: Weights that leave inertia and constraints.
-_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0)
 #: A loop over a whole matrix runs this many times faster per operation than one over tables.
 _DENSE_ADVANTAGE = 4.0
 
@@ -75,7 +75,8 @@ def make_solver(
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
-    order = stages_of_tree(unknowns, factors, owners) if unknowns.inner else stages(unknowns, factors, samples.packing)
+    packing = samples.packing
+    order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = eliminate(unknowns.matrix_size, values, order)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
@@ -105,6 +106,8 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
             }
             for place in places
         ],
+        "state_patterns": {name: [list(place) for place in packing.places[name]] for name in ("Fq", "Fv", "Fz")},
+        "rate_diagonal": [places.index(place) for place in terms.rate_diagonal],
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(place) for place in packing.places["B"]],
     }

@@ -51,6 +51,8 @@ class SystemLike(Protocol):
     @property
     def turning(self) -> Any: ...
     @property
+    def initial_z(self) -> Any: ...
+    @property
     def patterns(self) -> Any: ...
     @property
     def inner_owners(self) -> Any: ...
@@ -93,8 +95,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "turning": list(system.turning),
     }
     if isinstance(method, GeneralizedAlpha):
-        nl, owners = len(system.multipliers), system.inner_owners
-        unknowns = Unknowns(_nv(system), nl, system.holonomic, method.form == STABILISED, len(owners))
+        nl, owners, nz = len(system.multipliers), system.inner_owners, len(system.initial_z)
+        unknowns = Unknowns(_nv(system), nl, system.holonomic, method.form == STABILISED, len(owners), nz)
         known = samples if samples is not None else samples_of(system)
         solver = make_solver(unknowns, system.factors, known, _weights(method, step), step, owners)
         data |= {
@@ -112,6 +114,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
             "unknowns": {
                 "v": unknowns.v, "lam": unknowns.lam, "holonomic": unknowns.holonomic, "eta": unknowns.eta,
                 "size": unknowns.size, "phi": unknowns.phi, "w": unknowns.v + unknowns.holonomic, "skipped": unknowns.skipped,
+                "first_z": unknowns.first_z,
             },
             "solver": solver_data(solver, system.factors),
             "factorization_cost": _factorization_cost(system, solver),
@@ -145,8 +148,8 @@ def _check_functions(method: Method, system: SystemLike) -> None:
     if isinstance(method, PartitionedRungeKutta):
         needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian"}
         needed |= {"constraint"} if system.holonomic else set()
-    elif len(system.multipliers):
-        needed = {"equations", "iteration", "constraint_bias"}
+    elif len(system.multipliers) or (system.facts.internal_states and method.family == GENERALIZED_ALPHA):
+        needed = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
         if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
             needed |= {"jacobian_values"}
     else:
@@ -154,6 +157,7 @@ def _check_functions(method: Method, system: SystemLike) -> None:
         needed = {"residual", matrix} if method.family == GENERALIZED_ALPHA else set()
         if "forward_dynamics" not in system.functions:
             needed |= {"residual", matrix}
+    needed |= {"internal_rate"} if system.facts.internal_states else set()
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:
@@ -189,7 +193,7 @@ def _weights(method: GeneralizedAlpha, step: float) -> list[float]:
     """Return the weights of an iteration matrix, in the order of ``iteration_matrix.WEIGHTS``."""
     g = float(method.gamma / method.beta)
     b = float((1 - method.alpha_m) / (method.beta * (1 - method.alpha_f)))
-    return [b, step * g, step * step, g, step, 1.0]
+    return [b, step * g, step * step, g, step, 1.0, step * float(method.rate_gain)]
 
 
 def _factorization_cost(system: SystemLike, solver: Solver) -> float:
@@ -197,7 +201,7 @@ def _factorization_cost(system: SystemLike, solver: Solver) -> float:
 
     Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they count.
     """
-    residual = "equations" if len(system.multipliers) else "residual"
+    residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
     iteration = float(system.counts[residual].flops + 4 * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns)
     return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
@@ -270,21 +274,24 @@ def statistics_names(data: Mapping[str, Any]) -> tuple[str, ...]:
     return (*_STATISTICS, *(_CONSTRAINT_STATISTICS if constrained else ()))
 
 
-def row_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
-    """Return where each quantity is in a row of the record: ``t, q, v, vdot``, and ``lam`` of constrained systems."""
-    return _layout({"t": 1, "q": nq, "v": nv, "vdot": nv} | _multiplier_sizes(data, "lam"))
+def row_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict[str, slice]:
+    """Return where each quantity is in a row of the record: ``t, q, v, vdot``, ``lam`` of constrained systems, and ``z``."""
+    return _layout({"t": 1, "q": nq, "v": nv, "vdot": nv} | _multiplier_sizes(data, "lam") | _state_sizes(nz, "z"))
 
 
-def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
+def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict[str, slice]:
     """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name."""
     sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
     if data["family"] == GENERALIZED_ALPHA:
         lam = _multiplier_sizes(data, "lam")
         sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
         sizes |= {f"{name}_before": 2 * size for name, size in lam.items()}
+        sizes |= _state_sizes(nz, "z", "zdot", "z_rate") | _state_sizes(2 * nz, "z_rate_before")
         sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)
     if data["family"] == PARTITIONED:
         sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
+    if data["family"] != GENERALIZED_ALPHA:
+        sizes |= _state_sizes(nz, "z", "zdot")
     sizes |= {"rest": len(data["turning"])} if data["turning"] else {}
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
     return _layout(sizes)
@@ -293,6 +300,10 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int) -> dict[str, slice]:
 def _multiplier_sizes(data: Mapping[str, Any], name: str) -> dict[str, int]:
     size = data["unknowns"][name] if "unknowns" in data else 0
     return {name: size} if size else {}
+
+
+def _state_sizes(size: int, *names: str) -> dict[str, int]:
+    return dict.fromkeys(names, size) if size else {}
 
 
 def _layout(sizes: Mapping[str, int]) -> dict[str, slice]:

@@ -15,8 +15,13 @@ from eomgen.lie.product import FactorLike
 
 Stage = tuple[list[int], list[int]]
 
+#: Internal states that touch no more bodies (of long trees: links) than these are eliminated first.
+_TWO, _ONE = 2, 1
 
-def stages_of_tree(unknowns: Unknowns, factors: Sequence[FactorLike], owners: Sequence[int]) -> list[Stage]:
+
+def stages_of_tree(
+    unknowns: Unknowns, factors: Sequence[FactorLike], owners: Sequence[int], packing: Packing
+) -> list[Stage]:
     """Return the stages of a long tree: link after link, tips first, each with what the recursion keeps of it.
 
     Parameters
@@ -26,11 +31,13 @@ def stages_of_tree(unknowns: Unknowns, factors: Sequence[FactorLike], owners: Se
     inner: dict[int, list[int]] = {}
     for number, owner in enumerate(owners):
         inner.setdefault(owner, []).append(unknowns.size + number)
+    link_of = [factor.v_start for factor in factors for _ in range(factor.v_size)]
+    early, late, _ = _internal_states(unknowns, packing, [*link_of, *owners], _ONE)
     result: list[Stage] = []
     for factor in reversed(factors):
         own = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]
         result.append((own, own))
-    return result
+    return [(own, own) for own in (early,) if own] + result + [(own, own) for own in (late,) if own]
 
 
 def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> list[Stage]:
@@ -50,7 +57,11 @@ def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) 
     for group in groups:
         for body in group:
             neighbours[body] |= group - {body}
-    result: list[Stage] = []
+    early, late, pairs = _internal_states(unknowns, packing, body_of, _TWO)
+    for group in pairs:
+        for body in group:
+            neighbours[body] |= group - {body}
+    result: list[Stage] = [(early, early)] if early else []
     left = set(bodies)
     while left:
         body = min(left, key=lambda b: (len(held[b]) > len(bodies[b]), len(neighbours[b]), b))
@@ -64,7 +75,42 @@ def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) 
             neighbours[other] |= neighbours[body] - {other}
             neighbours[other].discard(body)
         result.append((rows, columns))
-    return result
+    return [*result, (late, late)] if late else result
+
+
+def _internal_states(
+    unknowns: Unknowns, packing: Packing, body_of: Sequence[int], few: int
+) -> tuple[list[int], list[int], list[set[int]]]:
+    """Return the internal states that are eliminated before all bodies, those that are after them, and what the first touch.
+
+    Those that depend on each other go together. The bodies that a state touches become neighbours of each other when it is
+    eliminated, which is cheap only for a ``few``.
+
+    Parameters
+    ----------
+    body_of : for each velocity component, and each inner unknown behind them
+    """
+    touching: dict[int, set[int]] = {state: set() for state in range(unknowns.z)}
+    for name, first in (("Fq", 0), ("Fv", 0), ("Fx", unknowns.v)):
+        for state, column in packing.places[name]:
+            touching[state].add(body_of[first + column])
+    for row, state in packing.places["Rz"]:
+        touching[state].add(body_of[row])
+    groups: dict[int, list[int]] = {}
+    for state, group in enumerate(_bodies(unknowns.z, packing.places["Fz"])):
+        groups.setdefault(group, []).append(state)
+    early: list[int] = []
+    late: list[int] = []
+    touched = []
+    for states in groups.values():
+        bodies = set().union(*(touching[state] for state in states))
+        places = [unknowns.first_z + state for state in states]
+        if len(bodies) <= few:
+            early += places
+            touched.append(bodies)
+        else:
+            late += places
+    return early, late, touched
 
 
 def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], columns: list[int]) -> None:

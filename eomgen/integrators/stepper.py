@@ -5,74 +5,24 @@ Every iteration forms and solves its own linear system, nothing is reused, and a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.errors import NumericalError, Problem
+from eomgen.integrators.equations import Array, Constraints, Equations, InternalStates, Trajectory
 from eomgen.integrators.methods import STABILISED, GeneralizedAlpha, Method, RungeKuttaMuntheKaas
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 
-Array = NDArray[np.float64]
+__all__ = [
+    "Array", "Constraints", "Equations", "InternalStates", "Trajectory", "accelerations", "initial_algorithmic_rates",
+    "integrate",
+]  # fmt: skip
+
 _EPSILON = float(np.finfo(float).eps)
 _MAX_ITERATIONS = 30
-
-
-@dataclass(frozen=True)
-class Constraints:
-    """Constraint equations as callables; ``holonomic`` rows come first.
-
-    Attributes
-    ----------
-    position : (t, q) -> Phi
-    rate : (t, q, v) -> w = (B v + Phi_t, rows at velocity level)
-    bias : (t, q, v) -> g, the rate of w at vdot = 0
-    jacobian : (t, q) -> B
-    rate_partials : (t, q, v) -> Z, the left-trivialised derivative of w by q
-    """
-
-    holonomic: int
-    position: Callable[[float, Array], Array]
-    rate: Callable[[float, Array, Array], Array]
-    bias: Callable[[float, Array, Array], Array]
-    jacobian: Callable[[float, Array], Array]
-    rate_partials: Callable[[float, Array, Array], Array]
-
-
-@dataclass(frozen=True)
-class Equations:
-    """Equations of motion as callables; inputs and base motion are functions of t inside them.
-
-    Attributes
-    ----------
-    factors : sequence of Factor
-    forward_dynamics : (t, q, v) -> vdot; unconstrained systems only
-    residual : (t, q, v, vdot) -> r, zero along motions; implicit methods only. With constraints (t, q, v, vdot, lam) -> r
-    partials : of the same arguments -> (K, C, M), the left-trivialised derivatives of r by q, v and vdot; implicit methods only
-    constraints : Constraints, optional
-    """
-
-    factors: Sequence[FactorLike]
-    forward_dynamics: Callable[[float, Array, Array], Array] | None
-    residual: Callable[..., Array] | None = None
-    partials: Callable[..., tuple[Array, Array, Array]] | None = None
-    constraints: Constraints | None = None
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """States at the steps, the initial one first: t (n+1,), q (n+1, nq), v, vdot (n+1, nv), lam; Newton iterations in all."""
-
-    t: Array
-    q: Array
-    v: Array
-    vdot: Array
-    lam: Array
-    iterations: int = 0
 
 
 def accelerations(equations: Equations, t: float, q: Array, v: Array) -> tuple[Array, Array]:
@@ -103,7 +53,7 @@ def _saddle(equations: Equations, t: float, q: Array, v: Array, force: Array, ra
 
 def integrate(
     equations: Equations, method: Method, q: Array, v: Array, step: float, steps: int, *, t: float = 0.0, rtol: float = 1e-10,
-    atol: float = 1e-12, perturb: bool = True,
+    atol: float = 1e-12, perturb: bool = True, z: Array | None = None,
 ) -> Trajectory:  # fmt: skip
     """Integrate with a fixed step (s) from q, v at time t (s); with constraints q and v must meet them.
 
@@ -111,108 +61,134 @@ def integrate(
     Raises NumericalError with the time where Newton's iteration fails.
     """
     q, v = product.update(equations.factors, np.asarray(q, float), np.zeros(len(v))), np.asarray(v, float)
+    z = np.zeros(0) if z is None else np.asarray(z, float)
     if isinstance(method, RungeKuttaMuntheKaas):
-        return _runge_kutta(equations, method, q, v, step, steps, t)
-    return _generalized_alpha(equations, method, q, v, step, steps, t, rtol, atol, perturb)
+        return _runge_kutta(equations, method, (q, v, z), step, steps, t)
+    return _generalized_alpha(equations, method, (q, v, z), step, steps, t, rtol, atol, perturb)
 
 
-def _slope(equations: Equations, t: float, q: Array, v: Array, step: float) -> Array:
-    """Return step vddot by a forward difference of second order over one step: what lies before t may be another regime."""
-    vdot = accelerations(equations, t, q, v)[0]
+def _slopes(equations: Equations, t: float, q: Array, v: Array, z: Array, step: float) -> tuple[Array, Array]:
+    """Return step vddot and step zddot by a forward difference of second order over one step.
+
+    What lies before t may be another regime. Internal states go ahead by a linearly implicit step, which fast ones bear too.
+    """
+    vdot, zdot = accelerations(equations.at(z), t, q, v)[0], equations.rate(t, q, v, z)
+    by_state = np.zeros((0, 0)) if equations.internal is None else equations.internal.partials(t, q, v, z)[3]
 
     def ahead(share: float) -> Array:
         s = share * step
         moved = product.update(equations.factors, q, s * v + 0.5 * s * s * vdot)
-        return accelerations(equations, t + s, moved, v + s * vdot)[0]
+        there = z + np.linalg.solve(np.eye(len(z)) - s * by_state, s * zdot)
+        rates = accelerations(equations.at(there), t + s, moved, v + s * vdot)[0]
+        return np.concatenate([rates, equations.rate(t + s, moved, v + s * vdot, there)])
 
-    result: Array = -3.0 * vdot + 4.0 * ahead(0.5) - ahead(1.0)
-    return result
+    result = -3.0 * np.concatenate([vdot, zdot]) + 4.0 * ahead(0.5) - ahead(1.0)
+    return result[: len(v)], result[len(v) :]
 
 
-def initial_algorithmic_acceleration(
-    equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, step: float
+def initial_algorithmic_rates(
+    equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, step: float, z: Array | None = None
+) -> tuple[Array, Array]:
+    """Return a_0 = vdot_0 + (alpha_m - alpha_f) step vddot_0, and the same for zdot with its own alpha_m."""
+    z = np.zeros(0) if z is None else z
+    slope, z_slope = _slopes(equations, t, q, v, z, step)
+    a: Array = accelerations(equations.at(z), t, q, v)[0] + float(method.alpha_m - method.alpha_f) * slope
+    return a, equations.rate(t, q, v, z) + float(method.rate_alpha_m - method.alpha_f) * z_slope
+
+
+def _perturbation(
+    equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, z: Array, step: float
 ) -> Array:
-    """Return a_0 = vdot_0 + (alpha_m - alpha_f) step vddot_0."""
-    slope = _slope(equations, t, q, v, step)
-    result: Array = accelerations(equations, t, q, v)[0] + float(method.alpha_m - method.alpha_f) * slope
-    return result
-
-
-def _perturbation(equations: Equations, method: GeneralizedAlpha, t: float, q: Array, v: Array, step: float) -> Array:
     """Return the change of v_0 for index 3: B dv = B e, e the local error of the mean velocity (CISM 565, 2016)."""
     constraints = equations.constraints
     if constraints is None:
         raise ValueError("no constraints")
     share = float(1 - 6 * method.beta - 3 * (method.alpha_m - method.alpha_f)) / 6.0
     bracket = 1.0 / 12.0 if method.variant == "F0" else -1.0 / 6.0
-    vdot = accelerations(equations, t, q, v)[0]
-    error = share * step * _slope(equations, t, q, v, step)
+    vdot = accelerations(equations.at(z), t, q, v)[0]
+    error = share * step * _slopes(equations, t, q, v, z, step)[0]
     error = error + bracket * step**2 * product.bracket_matrix(equations.factors, v) @ vdot
     rate = constraints.jacobian(t, q) @ error
     rate[constraints.holonomic :] = 0.0
-    change: Array = _saddle(equations, t, q, v, np.zeros(len(v)), rate)[: len(v)]
+    change: Array = _saddle(equations.at(z), t, q, v, np.zeros(len(v)), rate)[: len(v)]
     return change
 
 
 def _generalized_alpha(
-    equations: Equations, method: GeneralizedAlpha, q: Array, v: Array, step: float, steps: int, t0: float, rtol: float,
-    atol: float, perturb: bool,
+    equations: Equations, method: GeneralizedAlpha, state: tuple[Array, Array, Array], step: float, steps: int, t0: float,
+    rtol: float, atol: float, perturb: bool,
 ) -> Trajectory:  # fmt: skip
-    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015; the C steppers take E = D + B_n^T eta for D."""
-    residual, partials, constraints = equations.residual, equations.partials, equations.constraints
-    if residual is None or partials is None:
-        raise ValueError("generalized-alpha needs the residual and its partials")
+    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015, and (z - z_n)/step.
+
+    The C steppers take E = D + B_n^T eta for D.
+    """
+    constraints, internal = equations.constraints, equations.internal
+    q, v, z = state
     alpha_m, alpha_f = float(method.alpha_m), float(method.alpha_f)
     g = float(method.gamma / method.beta)
     b = float((1 - method.alpha_m) / (method.beta * (1 - method.alpha_f)))
-    nv, nh = len(v), constraints.holonomic if constraints is not None else 0
+    rate_alpha_m, rate_gain = float(method.rate_alpha_m), float(method.rate_gain)
+    nv, nz, nh = len(v), len(z), constraints.holonomic if constraints is not None else 0
     stabilised = method.form == STABILISED
-    vdot, lam = accelerations(equations, t0, q, v)
-    a = initial_algorithmic_acceleration(equations, method, t0, q, v, step)
+    (vdot, lam), zdot = accelerations(equations.at(z), t0, q, v), equations.rate(t0, q, v, z)
+    a, z_rate = initial_algorithmic_rates(equations, method, t0, q, v, step, z)
     if nh and not stabilised and perturb:
-        v = v + _perturbation(equations, method, t0, q, v, step)
+        v = v + _perturbation(equations, method, t0, q, v, z, step)
     nl, ne = len(lam), nh if stabilised else 0
     skipped = 0 if stabilised else nh
-    rows = [(t0, q, v, vdot, lam)]
+    first_z = nv + nl + ne
+    rows = [(t0, q, v, vdot, lam, z)]
     iterations = 0
     for count in range(1, steps + 1):
         t = t0 + step * count
         B_n = constraints.jacobian(t - step, q)[:ne] if constraints is not None else np.zeros((0, nv))
-        x = np.concatenate([v + 0.5 * step * a, step * lam, np.zeros(ne)])
+        x = np.concatenate([v + 0.5 * step * a, step * lam, np.zeros(ne), z_rate])
+        zdot_new = (z_rate - alpha_f * zdot) / (1.0 - alpha_f)
         v_new, vdot_new = v + step * a, (a - alpha_f * vdot) / (1.0 - alpha_f)
         for _ in range(_MAX_ITERATIONS):
             iterations += 1
             start, part = _last_exponential(equations, method, q, v, a, step)
             theta = step * (x[:nv] - part)
             q_new = product.update(equations.factors, start, theta)
+            z_new = z + step * x[first_z:]
+            here = equations.at(z_new)
+            if here.residual is None or here.partials is None:
+                raise ValueError("generalized-alpha needs the residual and its partials")
             known = (t, q_new, v_new, vdot_new, *((x[nv : nv + nl] / step,) if nl else ()))
             T = product.tangent(equations.factors, theta)
-            K, C, M = partials(*known)
+            K, C, M = here.partials(*known)
             inertia = b * M + step * g * C
-            S = np.zeros((nv + nl + ne, nv + nl + ne))
+            S = np.zeros((first_z + nz, first_z + nz))
             S[:nv, :nv] = inertia + step**2 * K @ T
-            right = [-step * residual(*known)]
+            right = [-step * here.residual(*known)]
             if constraints is not None:
                 B, Z = constraints.jacobian(t, q_new), constraints.rate_partials(t, q_new, v_new)
-                S[:nv, nv : nv + nl], S[:nv, nv + nl :] = B.T, inertia @ B_n.T
+                S[:nv, nv : nv + nl], S[:nv, nv + nl : first_z] = B.T, inertia @ B_n.T
                 S[nv : nv + nh, :nv] = (B @ T)[:nh]
-                S[nv + nh :, :nv] = (g * B + step * Z @ T)[skipped:]
-                S[nv + nh :, nv + nl :] = g * B[skipped:] @ B_n.T
+                S[nv + nh : first_z, :nv] = (g * B + step * Z @ T)[skipped:]
+                S[nv + nh : first_z, nv + nl : first_z] = g * B[skipped:] @ B_n.T
                 right += [-constraints.position(t, q_new) / step, -constraints.rate(t, q_new, v_new)[skipped:]]
+            if internal is not None:
+                Rz, Fq, Fv, Fz = internal.partials(t, q_new, v_new, z_new)
+                S[:nv, first_z:], S[first_z:, first_z:] = step**2 * Rz, step**2 * Fz - step * rate_gain * np.eye(nz)
+                S[first_z:, :nv] = step**2 * Fq @ T + step * g * Fv
+                right += [-step * (internal.rate(t, q_new, v_new, z_new) - zdot_new)]
             change = np.linalg.solve(S, np.concatenate(right))
             x = x + change
-            velocity = change[:nv] + B_n.T @ change[nv + nl :]
+            velocity = change[:nv] + B_n.T @ change[nv + nl : first_z]
+            zdot_new = zdot_new + rate_gain * change[first_z:]
             v_new, vdot_new = v_new + g * velocity, vdot_new + b / step * velocity
             sizes = np.repeat([np.max(np.abs(x[:nv])), np.max(np.abs(x[nv : nv + nl]), initial=0.0)], [nv, nl])
-            floor = 8.0 * _EPSILON * np.concatenate([sizes, np.full(ne, sizes[0])])
+            floor = 8.0 * _EPSILON * np.concatenate([sizes, np.full(ne, sizes[0]), np.abs(z_new) / step])
             if np.sqrt(np.mean((change / (atol + rtol * np.abs(x) + floor)) ** 2)) <= 1.0:
                 break
         else:
             raise NumericalError(Problem(f"t = {t:.9g}", "Newton's iteration did not converge", "a smaller step"))
         q = product.update(equations.factors, start, step * (x[:nv] - part))
         a = ((1.0 - alpha_f) * vdot_new + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
-        v, vdot, lam = v_new, vdot_new, x[nv : nv + nl] / step
-        rows.append((t, q, v, vdot, lam))
+        z_rate = ((1.0 - alpha_f) * zdot_new + alpha_f * zdot - rate_alpha_m * z_rate) / (1.0 - rate_alpha_m)
+        v, vdot, lam, z, zdot = v_new, vdot_new, x[nv : nv + nl] / step, z + step * x[first_z:], zdot_new
+        rows.append((t, q, v, vdot, lam, z))
     return _trajectory(rows, iterations)
 
 
@@ -230,20 +206,24 @@ def _last_exponential(
 
 
 def _runge_kutta(
-    equations: Equations, method: RungeKuttaMuntheKaas, q: Array, v: Array, step: float, steps: int, t0: float
+    equations: Equations, method: RungeKuttaMuntheKaas, state: tuple[Array, Array, Array], step: float, steps: int, t0: float
 ) -> Trajectory:
+    q, v, z = state
     A, b, c = np.array(method.A, float), np.array(method.b, float), np.array(method.c, float)
-    rows = [(t0, q, v, *accelerations(equations, t0, q, v))]
+    rows = [(t0, q, v, *accelerations(equations.at(z), t0, q, v), z)]
     for count in range(steps):
-        theta_rates, rates = np.zeros((len(b), len(v))), np.zeros((len(b), len(v)))
+        theta_rates, rates, z_rates = (np.zeros((len(b), size)) for size in (len(v), len(v), len(z)))
         for i in range(len(b)):
-            theta, v_stage = step * A[i] @ theta_rates, v + step * A[i] @ rates
+            theta, v_stage, z_stage = step * A[i] @ theta_rates, v + step * A[i] @ rates, z + step * A[i] @ z_rates
             theta_rates[i] = _algebra_velocity(equations.factors, theta, v_stage, method.commutators)
             stage_time = t0 + step * (count + c[i])
-            rates[i] = accelerations(equations, stage_time, product.update(equations.factors, q, theta), v_stage)[0]
+            q_stage = product.update(equations.factors, q, theta)
+            rates[i] = accelerations(equations.at(z_stage), stage_time, q_stage, v_stage)[0]
+            z_rates[i] = equations.rate(stage_time, q_stage, v_stage, z_stage)
         q, v = product.update(equations.factors, q, step * b @ theta_rates), v + step * b @ rates
+        z = z + step * b @ z_rates
         t = t0 + step * (count + 1)
-        rows.append((t, q, v, *accelerations(equations, t, q, v)))
+        rows.append((t, q, v, *accelerations(equations.at(z), t, q, v), z))
     return _trajectory(rows, 0)
 
 
@@ -258,5 +238,5 @@ def _algebra_velocity(factors: Sequence[FactorLike], theta: Array, v: Array, com
 
 
 def _trajectory(rows: Sequence[tuple[Any, ...]], iterations: int) -> Trajectory:
-    t, q, v, vdot, lam = (np.array(column) for column in zip(*rows, strict=True))
-    return Trajectory(t, q, v, vdot, lam, iterations)
+    t, q, v, vdot, lam, z = (np.array(column) for column in zip(*rows, strict=True))
+    return Trajectory(t, q, v, vdot, lam, z, iterations)

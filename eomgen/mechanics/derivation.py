@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from eomgen.errors import ModelError
 from eomgen.mechanics import terms as separated
@@ -15,9 +16,10 @@ from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
 from eomgen.mechanics.extended import extended_partials, pattern
 from eomgen.mechanics.forces import applied_loads
-from eomgen.mechanics.formulas import record
+from eomgen.mechanics.formulas import record, symbols
 from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
+from eomgen.mechanics.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
@@ -26,7 +28,7 @@ from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree, build_tree
-from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -60,8 +62,10 @@ class Derivation:
         self.kinematics = Kinematics(self.tree, self.base, prescribed if self.absolute else None)
         self.quantities: Quantities = (AbsoluteQuantities if self.absolute else Quantities)(scene, self.tree, self.kinematics)
         self.constraints = self._constraint_calculus(prescribed.moving)
+        self.quantities.energies = self._energies_without_formulas()
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
         self._energies: dict[str, Scalar] | None = None
+        self.internal = InternalStates(scene, self.tree, self.quantities)
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
         self.inner_owners: tuple[int, ...] = ()
         self.composites = separated.composites(self.grouped)
@@ -74,6 +78,14 @@ class Derivation:
             return None
         rows = constraint_rows(self.quantities, items).without(self.without_rows)
         return ConstraintCalculus(self.tree, rows, moving_base)
+
+    def _energies_without_formulas(self) -> dict[str, Scalar]:
+        """Return the energies for formulas of forces and rates: what formulas push has no potential."""
+        if not any(symbol.kind == "energy" for formula in state_formulas(self.scene) for symbol in symbols(formula)):
+            return {}
+        springs = tuple(replace(spring, force=Number(0.0)) for spring in self.scene.springs)
+        bare = replace(self.scene, springs=springs, forces=(), efforts=())
+        return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
     def _constant(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
@@ -214,24 +226,28 @@ class Derivation:
     # -- what implicit steppers evaluate: everything at once, nonzeros only -------------------------------------------
 
     def equations(self) -> list[Block]:
-        calculus = self._calculus()
-        return [
-            *self.residual(),
-            self._vector("Phi", calculus.rows.holonomic, "holonomic constraints"),
-            self._vector("w", calculus.velocity(), "B v + Phi_t, then constraints at velocity level"),
-        ]
+        blocks = self.residual()
+        if self.constraints is not None:
+            rows = self.constraints.rows.holonomic
+            blocks.append(self._vector("Phi", rows, "holonomic constraints"))
+            what = "B v + Phi_t, then constraints at velocity level"
+            blocks.append(self._vector("w", self.constraints.velocity(), what))
+        return blocks + (self.internal_rate() if self.scene.states else [])
 
     def iteration(self) -> list[Block]:
-        if self.constraints is None:
+        if self.constraints is None and self.long:
             return self._extended_iteration()
-        matrices = [*self.partials(), *self.constraint_jacobian(), *self.velocity_partials()]
-        return [self._packed(block) for block in matrices]
+        matrices = self.partials()
+        if self.constraints is not None:
+            matrices += [*self.constraint_jacobian(), *self.velocity_partials()]
+        packed = [self._packed(block) for block in matrices]
+        return packed + [block for block in map(self._packed, self.internal_partials()) if block.refs]
 
     def _extended_iteration(self) -> list[Block]:
-        residual = self._inverse()
         with self.tape.block("partials of each step of the recursion"):
-            loads = self.loads.wrenches
-            found, self.inner_owners = extended_partials(self.grouped, self.kinematics, self.motion, loads, residual)
+            found, self.inner_owners = extended_partials(
+                self.grouped, self.kinematics, self.motion, self.loads.wrenches, self._inverse(), self.internal
+            )
         blocks = []
         for name, entries in found.items():
             places, refs = pattern(entries)
@@ -241,6 +257,19 @@ class Derivation:
 
     def jacobian_values(self) -> list[Block]:
         return [self._packed(self.constraint_jacobian()[0])]
+
+    # -- internal states ----------------------------------------------------------------------------------------------
+
+    def internal_rate(self) -> list[Block]:
+        return [self._vector("zdot", self.internal.rates(), "rates of the internal states")]
+
+    def internal_partials(self) -> list[Block]:
+        if not self.scene.states:
+            return []
+        return [
+            Block(name, shape, refs, description)
+            for name, (shape, refs, description) in self.internal.partials(self.applied()).items()
+        ]
 
     def _packed(self, block: Block) -> Block:
         """Return the entries of a matrix that are not zero by structure, row by row, and keep where they belong."""

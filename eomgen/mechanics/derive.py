@@ -18,27 +18,35 @@ from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Qua
 TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "mass": (("p", "q"), "inertia matrix M(q), symmetric, full"),
     "coupling": (("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
-    "force": (("p", "t", "q", "v", "u", "base"), "generalized force Q: gravity, springs, dampers, actuators, formulas"),
+    "force": (("p", "t", "q", "v", "z", "u", "base"), "generalized force Q: gravity, springs, dampers, actuators, formulas"),
     "base_motion": (("p", "q", "v", "base"), "base-motion terms b: inertia terms that vanish when the base is at rest"),
-    "inverse_dynamics": (("p", "t", "q", "v", "a", "u", "base"), "tau = M a + h + b - Q in one recursion"),
-    "forward_dynamics": (("p", "t", "q", "v", "u", "base"), "vdot = M^-1 (Q - h - b)"),
-    "residual": (("p", "t", "q", "v", "a", "lam", "u", "base"), "residual r = M a + h + b - Q + B^T lam of an implicit step"),
-    "partials": (("p", "t", "q", "v", "a", "lam", "u", "base"), "its partials: K in q (left-trivialised), C in v, M in a"),
+    "inverse_dynamics": (("p", "t", "q", "v", "a", "z", "u", "base"), "tau = M a + h + b - Q in one recursion"),
+    "forward_dynamics": (("p", "t", "q", "v", "z", "u", "base"), "vdot = M^-1 (Q - h - b)"),
+    "residual": (
+        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
+        "residual r = M a + h + b - Q + B^T lam of an implicit step",
+    ),
+    "partials": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "its partials: K in q (left-trivialised), C in v, M in a"),
+    "internal_rate": (("p", "t", "q", "v", "z", "u", "base"), "rates of the internal states: zdot = f(q, v, z, t, u)"),
+    "internal_partials": (
+        ("p", "t", "q", "v", "z", "u", "base"),
+        "partials of these rates in q (left-trivialised), v and z, and of the residual in z",
+    ),
     "constraint": (("p", "t", "q", "base"), "holonomic constraints Phi(q, t), zero where they are met"),
     "constraint_velocity": (("p", "t", "q", "v", "base"), "rates of the holonomic constraints, and velocity-level constraints"),
     "constraint_bias": (("p", "t", "q", "v", "base"), "what is left of the constraints' accelerations when vdot = 0"),
     "constraint_jacobian": (("p", "t", "q", "base"), "B: derivative of the constraints along w is B w, left-trivialised"),
     "velocity_partials": (("p", "t", "q", "v", "base"), "left-trivialised partials in q of the constraints' rates"),
-    "equations": (("p", "t", "q", "v", "a", "lam", "u", "base"), "residual, constraints and their rates together"),
-    "iteration": (("p", "t", "q", "v", "a", "lam", "u", "base"), "nonzeros of all partials of an implicit step together"),
+    "equations": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "residual, constraints and their rates together"),
+    "iteration": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "nonzeros of all partials of an implicit step together"),
     "jacobian_values": (("p", "t", "q", "base"), "nonzeros of B"),
     "poses": (("p", "q", "base"), "quaternion (body to world) and position of every body"),
     "twists": (("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first"),
     "accelerations": (("p", "q", "v", "a", "base"), "inertial accelerations of every body in body axes, angular first"),
     "jacobians": (("p", "q"), "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
-    "outputs": (("p", "t", "q", "v", "a", "lam", "u", "base"), "the scene's named outputs"),
+    "outputs": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "the scene's named outputs"),
     "energy": (
-        ("p", "t", "q", "v", "a", "lam", "u", "base"),
+        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
         "kinetic and potential energy, non-conservative power, power of base and drivers",
     ),
 }
@@ -47,9 +55,12 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
 OF_CONSTRAINTS = frozenset(
     {
         "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials",
-        "equations", "iteration", "jacobian_values",
+        "jacobian_values",
     }
 )  # fmt: skip
+
+#: Terms that exist only where there are internal states.
+OF_STATES = frozenset({"internal_rate", "internal_partials"})
 
 #: Terms that are recorded only when they are asked for by name.
 ON_REQUEST = frozenset({"accelerations", "jacobians"})
@@ -97,8 +108,10 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
 def _present(derivation: Derivation, name: str) -> bool:
     """Return whether a term has any meaning for the scene."""
     match name:
+        case "equations":
+            return derivation.constraints is not None or bool(derivation.scene.states)
         case "iteration":
-            return derivation.constraints is not None or derivation.long
+            return derivation.constraints is not None or derivation.long or bool(derivation.scene.states)
         case "base_motion":
             return derivation.base.moving
         case "outputs":
@@ -106,6 +119,8 @@ def _present(derivation: Derivation, name: str) -> bool:
         case "forward_dynamics":
             return derivation.constraints is None
         case _:
+            if name in OF_STATES:
+                return bool(derivation.scene.states)
             return name not in OF_CONSTRAINTS or derivation.constraints is not None
 
 
@@ -129,6 +144,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         name=scene.name, tape=tape, factors=tuple(link.factor for link in tree.links), functions=functions,
         parameters=tuple(Quantity(p.name, p.value, 1, p.unit, p.description) for p in scene.parameters if p.tunable),
         inputs=tuple(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in scene.inputs),
+        states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),
         outputs=tuple(Quantity(o.name, 0.0, len(o.values), o.unit, o.description) for o in scene.outputs),
         bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v,
         multipliers=(*rows.names, *rows.velocity_names) if rows is not None else (),
@@ -167,6 +183,7 @@ def _facts(derivation: Derivation) -> Facts:
         smooth=not any(_rough(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
         constraints=derivation.constraints is not None,
+        internal_states=bool(derivation.scene.states),
     )
 
 
@@ -184,7 +201,7 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
     used = {symbol.block for symbol in derivation.tape.depends_on(function.refs)}
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),
-        "t": not timed, "u": not scene.inputs, "base": scene.base is None,
+        "t": not timed, "z": not scene.states, "u": not scene.inputs, "base": scene.base is None,
         "lam": derivation.constraints is None or (function.name in ("energy", "outputs") and "lam" not in used),
         "a": function.name in ("energy", "outputs") and "a" not in used,
     }  # fmt: skip

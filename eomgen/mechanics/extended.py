@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from eomgen.mechanics.directions import configuration_directions
+from eomgen.mechanics.internal_states import InternalStates
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.motion import BaseMotion, angular_velocities, total_fields
 from eomgen.mechanics.terms import Wrench, carried_loads, difference, field_wrenches
@@ -22,27 +23,34 @@ Entries = dict[tuple[int, int], Ref]
 
 
 def extended_partials(
-    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar]
-) -> tuple[dict[str, Entries], tuple[int, ...]]:
-    """Return the nonzeros of K, C, M and X by (row, column), and for each unknown s the first velocity component of its link.
+    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar],
+    internal: InternalStates,
+) -> tuple[dict[str, Entries], tuple[int, ...]]:  # fmt: skip
+    """Return the nonzeros of K, C, M, X, and Rz, Fq, Fv, Fz, Fx of internal states, by (row, column).
+
+    For each unknown s the first velocity component of its link is given too.
 
     Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
-    velocity components; of X: the unknowns s.
+    velocity components; of X: the unknowns s; of Rz: internal states. F: rows are the rates of internal states.
     """
     tape, nv = tree.algebra.tape, tree.nv
     seeds = configuration_directions(tree)
     for k in range(nv):
         seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    first = 3 * nv + internal.count
+    seeds |= internal.seeds(3 * nv)
     owners: dict[int, int] = {}
-    for link, scalar in _passed_on(tree, kinematics, base, loads):
+    for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
         owners.setdefault(abs(scalar.ref), tree.links[link].factor.v_start)
-    rows, definitions, used = cut_partials(tape, [value.ref for value in residual], seeds, owners, 3 * nv)
+    outputs = [value.ref for value in (*residual, *internal.rates())]
+    found, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
-    for row, tangent in enumerate([*rows, *definitions]):
-        for direction, ref in tangent.items():
-            name = ("K", "C", "M")[direction // nv] if direction < 3 * nv else "X"
-            column = direction % nv if direction < 3 * nv else direction - 3 * nv
-            entries[name][row, column] = ref
+    for names, rows in ((("K", "C", "M", "Rz", "X"), [*found[:nv], *definitions]), (("Fq", "Fv", "", "Fz", "Fx"), found[nv:])):
+        for row, tangent in enumerate(rows):
+            for direction, ref in tangent.items():
+                kind = direction // nv if direction < 3 * nv else 3 if direction < first else 4
+                column = direction - (0, nv, 2 * nv, 3 * nv, first)[kind]
+                entries.setdefault(names[kind], {})[row, column] = ref
     for number in range(len(definitions)):
         row = nv + number
         entries["X"][row, number] = tape.sub(entries["X"].get((row, number), tape.constant(0.0)), ONE)
@@ -50,9 +58,9 @@ def extended_partials(
 
 
 def _passed_on(
-    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None]
+    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
 ) -> Iterable[tuple[int, Scalar]]:
-    """Yield what the recursion passes on, with the number of the link that it belongs to."""
+    """Yield what the recursion passes on, with the number of the link that it belongs to; poses and twists where ``posed``."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     inertial = field_wrenches(tree, fields)
     net = [load if applied is None else difference(load, applied) for load, applied in zip(inertial, loads, strict=True)]
@@ -62,7 +70,7 @@ def _passed_on(
         yield from ((index, entry) for entry in (*field.alpha, *field.origin))
     for index, (moment, force) in enumerate(carried_loads(tree, net, "inverse dynamics")):
         yield from ((index, entry) for entry in (*moment, *force))
-    if any(load is not None for load in loads):
+    if posed or any(load is not None for load in loads):
         for index in range(len(tree.links)):
             R, p = kinematics.pose(index)
             omega, velocity = kinematics.twist(index)

@@ -24,6 +24,7 @@ class Quantities:
         self.points = {point.name: point for point in scene.points}
         self.springs = {spring.name: spring for spring in scene.springs}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
+        self.state_numbers = {item.name: number for number, item in enumerate(scene.states)}
         self.energies: dict[str, Scalar] = {}
 
     def _input(self, block: str, index: int = 0) -> Scalar:
@@ -37,6 +38,8 @@ class Quantities:
                 return self.tree.parameters[symbol.name]
             case "input":
                 return self._input("u", self.input_numbers[symbol.name])
+            case "state":
+                return self._input("z", self.state_numbers[symbol.name])
             case "q":
                 return self._input("q", self.factors[symbol.name].q_start + symbol.index)
             case "v" | "a":

@@ -42,7 +42,8 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
 
 
 def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    tree = Derivation(replace(scene, coordinates="joint", constraints=(), forces=(), efforts=(), springs=(), torsion_springs=()))
+    bare = replace(scene, constraints=(), states=(), forces=(), efforts=(), springs=(), torsion_springs=())
+    tree = Derivation(replace(bare, coordinates="joint"))
     inputs = _defaults(scene) | {
         "t": np.zeros(1),
         "q": np.array([value for link in tree.tree.links for value in link.joint.initial_position]),

@@ -29,6 +29,7 @@ def kept_and_dropped(
     note(bool(scene.springs), "springs between points", "the scene has none")
     note(bool(scene.forces or scene.efforts), "forces and efforts by formula", "the scene has none")
     note(bool(scene.inputs), "inputs", "the scene has none")
+    note(bool(scene.states), "internal states", "the scene has none")
     note(any(parameter.tunable for parameter in scene.parameters), "parameter struct", "all parameters are fixed and folded")
     note(any(not link.rotor_inertia.is_zero for link in tree.links), "rotor inertia", "no joint has any")
     note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")

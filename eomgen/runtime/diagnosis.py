@@ -19,32 +19,38 @@ Array = NDArray[np.float64]
 
 _ORDER = (
     ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
-    ("force", "Q (the generalized force)"), ("forward_dynamics", "vdot (the acceleration)"),
+    ("force", "Q (the generalized force)"), ("internal_rate", "zdot (the rates of the internal states)"),
+    ("forward_dynamics", "vdot (the acceleration)"),
 )  # fmt: skip
 
 
 def first_non_finite(
-    model: Model, t: float, q: Array, v: Array, a: Array, step: float, p: Array, signals: InputSignals
+    model: Model, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
 ) -> tuple[str, bool]:
     """Return the first block that is not finite, and whether it is so at the last good state or only where the next step leads.
 
+    ``state`` is (q, v, a, z).
+
     The text is empty where all blocks are finite.
     """
+    q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
     with np.errstate(all="ignore"):
         ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a)
         for time, q_there, v_there in ((t, q, v), ahead):
-            block = _at(model, time, q_there, v_there, p, signals)
+            block = _at(model, time, q_there, v_there, z, p, signals)
             if block:
                 return f"{block} at t = {time:.9g} s", time == t
     return "", False
 
 
-def _at(model: Model, t: float, q: Array, v: Array, p: Array, signals: InputSignals) -> str:
+def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
     if not np.all(np.isfinite(q)):
         return "q (the configuration)"
     if not np.all(np.isfinite(v)):
         return "v (the velocity)"
+    if not np.all(np.isfinite(z)):
+        return "z (the internal states)"
     if not np.all(np.isfinite(model.base(t, parameters=p))):
         return "the motion of the base"
     try:
@@ -57,8 +63,9 @@ def _at(model: Model, t: float, q: Array, v: Array, p: Array, signals: InputSign
         "mass": lambda: model.mass(q, parameters=p),
         "coupling": lambda: model.coupling(q, v, parameters=p),
         "base_motion": lambda: model.base_motion(q, v, t, parameters=p),
-        "force": lambda: model.force(q, v, t, u, parameters=p),
-        "forward_dynamics": lambda: model.forward_dynamics(q, v, t, u, parameters=p),
+        "force": lambda: model.force(q, v, t, u, z=z, parameters=p),
+        "internal_rate": lambda: model.internal_rates(q, v, z, t, u, parameters=p),
+        "forward_dynamics": lambda: model.forward_dynamics(q, v, t, u, z=z, parameters=p),
     }
     for term, label in _ORDER:
         if term in model.functions:

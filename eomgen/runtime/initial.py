@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.errors import Problem, UsageError
-from eomgen.runtime.arguments import check_finite, check_name, check_quaternions, numbers
+from eomgen.runtime.arguments import by_name, check_finite, check_name, check_quaternions, numbers
 
 if TYPE_CHECKING:
     from eomgen.runtime.model import Model
@@ -34,7 +34,8 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: A
     Parameters
     ----------
     initial : mapping
-        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``;
+        or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Those of the run, which the scene's own state in absolute coordinates depends on.
 
@@ -48,14 +49,16 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: A
     if not isinstance(given, Mapping):
         what = f"a mapping is needed, not {type(given).__name__}"
         raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
-    if given and all(name in _BLOCKS for name in given):
-        for name, value in given.items():
+    blocks = {name: value for name, value in given.items() if name in _BLOCKS}
+    for name, value in blocks.items():
+        if name == "z" and isinstance(value, Mapping):
+            state.z[:] = by_name("state", value, model.states, state.z)
+        else:
             _put(getattr(state, name), slice(None), f"initial {name}", value)
-    else:
-        _joints(model, given, state)
+    _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
     check_finite("initial q", state.q, model.q_names)
     check_finite("initial v", state.v, model.v_names)
-    check_finite("initial z", state.z)
+    check_finite("initial z", state.z, model.z_names)
     check_quaternions("initial q", state.q, model.factors)
     return state
 
@@ -63,7 +66,10 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: A
 def _joints(model: Model, given: Mapping[str, Any], state: InitialState) -> None:
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
-        check_name("joint", name, list(factors))
+        if name in model.states and name not in factors:
+            _put(state.z, slice(model.states.index(name), model.states.index(name) + 1), f"initial {name}", value)
+            continue
+        check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():
             if key not in ("position", "velocity"):

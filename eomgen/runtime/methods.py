@@ -99,8 +99,12 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     return said or {key: value for key in takes if (value := scene.get(key)) is not None}
 
 
-def terms_of(name: str, constrained: bool = False) -> tuple[str, ...]:
-    """Return the functions that the stepper of a method calls."""
+def terms_of(name: str, constrained: bool = False, internal: bool = False) -> tuple[str, ...]:
+    """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states."""
+    if internal:
+        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned") else ("equations", "iteration")
+        mechanical = [term for term in terms_of(name, constrained) if not (implicit and term in ("residual", "partials"))]
+        return tuple(dict.fromkeys([*mechanical, "internal_rate", *implicit]))
     if canonical_name(name) == "rk4":
         return ("forward_dynamics",)
     if canonical_name(name) == "rk4_partitioned":

@@ -16,7 +16,8 @@ from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
-from eomgen.runtime.terms import Inputs, Parameters, Terms
+from eomgen.runtime.internal_states import InternalStates
+from eomgen.runtime.terms import Inputs, Parameters, States, Terms
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -32,12 +33,13 @@ ENERGIES = ("kinetic", "potential", "power", "base_power")
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class Model(Bodies):
+class Model(Bodies, InternalStates):
     """A compiled scene.
 
     All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
     angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
-    (a mapping from names to values, or an array) to the scene's values, ``base`` to the scene's prescribed motion at ``t``.
+    (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal states' initial
+    values, ``base`` to the scene's prescribed motion at ``t``.
     A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
 
     Parameters
@@ -63,6 +65,8 @@ class Model(Bodies):
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, scene.joints)
+        self.z_names = [f"z.{name}" for name in self.states]
+        self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
         self.initial_q = np.array(layout["initial_q"], dtype=float)
         self.initial_v = np.array(layout["initial_v"], dtype=float)
@@ -130,10 +134,10 @@ class Model(Bodies):
 
     def force(
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
-        return self._one("force", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+        return self._one("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def base_motion(
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
@@ -146,26 +150,26 @@ class Model(Bodies):
 
     def inverse_dynamics(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
-        return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def forward_dynamics(
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> Array:  # fmt: skip
         """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
         if self.multipliers:
-            return self.constrained_dynamics(q, v, t, u, parameters=parameters, base=base)[0]
-        return self._one("forward_dynamics", q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+            return self.constrained_dynamics(q, v, t, u, z=z, parameters=parameters, base=base)[0]
+        return self._one("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def constrained_dynamics(
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot = -g."""
-        return self._terms.accelerations(q=q, v=v, t=t, u=u, parameters=parameters, base=base)
+        return self._terms.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def consistent(
         self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
@@ -182,22 +186,24 @@ class Model(Bodies):
 
     def partials(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None,
         multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
 
         The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
         """
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
         K, C, M = self._terms.call("partials", **given, multipliers=multipliers, parameters=parameters)
         return K, C, M
 
     def evaluate(
         self, term: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, z: States = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses."""
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
         values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
         return dict(zip(self.functions.output_names(term), values, strict=True))
 
@@ -205,26 +211,27 @@ class Model(Bodies):
 
     def energy(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, z: States = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return inertial energies and powers, each (...).
 
         ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of the
         reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not given.
         """
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "base": base}
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
         values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
         result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
         return {**result, "total": result["kinetic"] + result["potential"]}
 
     def outputs(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, parameters: Parameters = None, base: ArrayLike | None = None,
+        u: Inputs = None, *, z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> dict[str, Array]:  # fmt: skip
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
             return {}
-        values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, parameters=parameters, base=base)
+        values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
         result, start = {}, 0
         for item in self.library.layout["outputs"]:
             size = int(item["size"])
@@ -251,14 +258,17 @@ class Model(Bodies):
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
     def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
-        """Return dy/dt for y = [q, v], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
+        """Return dy/dt for y = [q, v], and z behind, as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
         Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they have.
         """
-        y = components("y", y, self.nq + self.nv)
-        q, v = y[..., : self.nq], y[..., self.nq :]
-        vdot = self.forward_dynamics(with_unit_quaternions(self.factors, q), v, t, u, parameters=parameters)
-        return np.concatenate([configuration_rate(self.factors, q, v), vdot], axis=-1)
+        y = components("y", y, self.nq + self.nv + self.nz)
+        q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
+        turned = with_unit_quaternions(self.factors, q)
+        rates = [configuration_rate(self.factors, q, v), self.forward_dynamics(turned, v, t, u, z=z, parameters=parameters)]
+        if self.nz:
+            rates.append(self.internal_rates(turned, v, z, t, u, parameters=parameters))
+        return np.concatenate(rates, axis=-1)
 
     def simulate(self, t_end: float | None = None, step: float | None = None, **options: Any) -> Solution:
         """Integrate from the initial state; see ``runtime.simulate.simulate`` for all options."""

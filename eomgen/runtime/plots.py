@@ -39,7 +39,7 @@ class Curve:
 
 
 def draw(solution: Solution, folder: Path) -> list[Path]:
-    """Draw ``coordinates.png``, ``velocities.png``, and ``outputs.png`` and ``energy.png`` where there are any.
+    """Draw ``coordinates.png``, ``velocities.png``, and ``states.png``, ``outputs.png`` and ``energy.png`` where there are any.
 
     Raises
     ------
@@ -50,6 +50,7 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
     figures = {
         "coordinates": _curves(solution.q, names.get("q", []), units.get("q", [])),
         "velocities": _curves(solution.v, names.get("v", []), units.get("v", [])),
+        "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
         "outputs": _outputs(solution, units.get("outputs", {})),
         "energy": [
             Curve(name, "W" if "power" in name else "J", values)

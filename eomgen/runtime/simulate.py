@@ -75,6 +75,7 @@ def simulate(
         Of ``newmark``; 1/4 and 1/2 by default.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+        Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
     parameters : mapping or array
     inputs : mapping
         Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
@@ -119,7 +120,7 @@ def simulate(
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
-    check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv)
+    check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
     signals = InputSignals(model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start)
     run = Run(model, name, stepped_by, chosen, p, signals, steps, every, start, end, corrected)
@@ -128,12 +129,12 @@ def simulate(
     stepper = Stepper(library, chosen, p)
     keeper = keeper_of(run, library, checkpoint, checkpoint_every)
     table = run.driven(stepper.times_of(0, 1, start)) if run.driven else None
-    status = stepper.initialize(start, state.q, state.v, table)
+    status = stepper.initialize(start, state.q, state.v, table, state.z)
     if status == _BAD_ARGUMENT:
         raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
     if status:
         unknown = np.full(model.nv + len(model.multipliers), np.nan)
-        rows = np.concatenate([[start], state.q, state.v, unknown])[np.newaxis]
+        rows = np.concatenate([[start], state.q, state.v, unknown, state.z])[np.newaxis]
         trajectory = Trajectory(rows, status, False, 0)
     else:
         if keeper is not None:
@@ -153,8 +154,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     if keeper is not None and not trajectory.status:
         message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
     statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
-    t, q, v, a, multipliers = _split(trajectory.rows, model)
-    outputs, energy = _evaluate(model, (t, q, v, a, multipliers), run.signals if run.driven else None, p)
+    t, q, v, a, multipliers, z = _split(trajectory.rows, model)
+    outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
     if success and (doubt := doubts(statistics, t, energy, run.settings["step"])):
         message = f"{message}; {doubt}"
@@ -162,7 +163,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]
     described = _metadata(model, run.name, run.settings, p, run.every, run.start, run.end)
     return Solution(
-        t=t, q=q, v=v, a=a, z=np.zeros((len(t), model.nz)), multipliers=multipliers,
+        t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=trajectory.interrupted,
         metadata={**described, "corrections": run.corrections, "notes": notes},
@@ -185,8 +186,8 @@ def _message(
     if run.status == 0:
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
-    _, q, v, a, _ = (part[0] for part in _split(run.rows[-1:], model))
-    block, already = first_non_finite(model, float(t), q, v, a, settings["step"], p, signals)
+    _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
+    block, already = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
     inertia = indefinite_mass(model, q, p)
     details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
     hint = "masses and inertias that bodies can have" if inertia and not block else advice(text, settings)
@@ -195,27 +196,27 @@ def _message(
     return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
 
 
-def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array]:
-    ends = np.cumsum([1, model.nq, model.nv, model.nv])
-    t, q, v, a, multipliers = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
-    return t[:, 0], q, v, a, multipliers
+def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array, Array]:
+    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+    t, q, v, a, multipliers, z = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
+    return t[:, 0], q, v, a, multipliers, z
 
 
 def _evaluate(
-    model: Model, states: tuple[Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
+    model: Model, states: tuple[Array, Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return outputs and energies at all recorded rows (t, q, v, a, multipliers)."""
-    t, q, v, a, multipliers = states
+    """Return outputs and energies at all recorded rows (t, q, v, a, multipliers, z)."""
+    t, q, v, a, multipliers, z = states
     outputs: list[dict[str, Array]] = []
     energies: list[dict[str, Array]] = []
     for start in range(0, len(t), _BATCH):
         part = slice(start, start + _BATCH)
         u: ArrayLike | None = signals.rows(t[part]) if signals is not None else None
         if "outputs" in model.functions:
-            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, parameters=p))
+            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p))
         if "energy" in model.functions:
             held = {"multipliers": multipliers[part]} if model.multipliers else {}
-            energies.append(model.energy(q[part], v[part], a[part], t[part], u, parameters=p, **held))
+            energies.append(model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p, **held))
     return _joined(outputs), _joined(energies)
 
 
@@ -239,8 +240,11 @@ def _metadata(
         "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
         "names": {
             "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],
-            "multipliers": list(model.multipliers),
+            "multipliers": list(model.multipliers), "z": model.z_names,
         },
-        "units": {"q": model.q_units, "v": model.v_units, "outputs": {o["name"]: o["unit"] for o in layout["outputs"]}},
+        "units": {
+            "q": model.q_units, "v": model.v_units, "z": model.z_units,
+            "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
+        },
         "fingerprint": getattr(model.library, "fingerprint", ""),
     }

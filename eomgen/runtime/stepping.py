@@ -53,8 +53,9 @@ class Stepper:
         self.layout = library.layout
         method: Mapping[str, Any] = library.layout["method"]
         self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
-        self.places = state_layout(method, self.nq, self.nv)
-        self.row_places = row_layout(method, self.nq, self.nv)
+        self.nz = int(library.layout["sizes"]["z"])
+        self.places = state_layout(method, self.nq, self.nv, self.nz)
+        self.row_places = row_layout(method, self.nq, self.nv, self.nz)
         self.counted = statistics_names(method)
         self.settings = np.array(list(settings.values()), dtype=float)
         self.step_size = float(settings["step"])
@@ -69,7 +70,7 @@ class Stepper:
 
     @property
     def row(self) -> Array:
-        """The current state as a row of the record: t, q, v, vdot, and multipliers where there are any."""
+        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are any."""
         return np.concatenate([self.state[self.places[name]] for name in self.row_places])
 
     @property
@@ -98,10 +99,10 @@ class Stepper:
         self.state[:] = state
         self.workspace.view(np.uint8)[:] = workspace
 
-    def initialize(self, t: float, q: Array, v: Array, u_table: Array | None) -> int:
-        """Start at t, q, v; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
+    def initialize(self, t: float, q: Array, v: Array, u_table: Array | None, z: Array | None = None) -> int:
+        """Start at t, q, v, z; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
         self.state[:] = 0.0
-        for name, value in (("t", t), ("q", q), ("v", v)):
+        for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.nz else ())):
             self.state[self.places[name]] = value
         return int(
             self._lib.eomgen_initialize(
@@ -138,7 +139,7 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows (t, q, v, vdot, multipliers) of a run, how it ended (status 0: well), and whether it was interrupted."""
+    """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted."""
 
     rows: Array
     status: int

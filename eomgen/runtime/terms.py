@@ -18,6 +18,7 @@ from eomgen.runtime.functions import Functions
 Array = NDArray[np.float64]
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
 Inputs = Mapping[str, ArrayLike] | ArrayLike | None
+States = Mapping[str, ArrayLike] | ArrayLike | None
 
 
 class Terms:
@@ -39,6 +40,9 @@ class Terms:
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
         self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
         self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
+        self.state_names = tuple(str(item["name"]) for item in layout["states"])
+        self._initial_z = np.array(layout["initial_z"], dtype=float)
+        self._initial_z.setflags(write=False)
         self._defaults = np.array([item["value"] for item in layout["parameters"]], dtype=float)
         self._defaults.setflags(write=False)
 
@@ -64,13 +68,22 @@ class Terms:
         """Return v or a as (..., nv)."""
         return components(name, v, self.functions.sizes["v"])
 
+    def internal(self, z: States) -> Array:
+        """Return internal states as (..., nz). Raises UsageError for unknown names and wrong shapes."""
+        if z is None:
+            return self._initial_z
+        if isinstance(z, Mapping):
+            return by_name("state", z, self.state_names, self._initial_z)
+        return components("z", z, len(self.state_names))
+
     def call(self, term: str, **given: Any) -> tuple[Array, ...]:
         """Evaluate a term.
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, multipliers and base where the term may depend on them
-            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas.
+        given : q and parameters; v, a, t, u, z, multipliers and base where the term may depend on them
+            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas,
+            internal states at their initial values.
         """
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and given.get("v") is None:
@@ -90,6 +103,8 @@ class Terms:
             if given.get(block) is not None:
                 values[block] = self.velocity(block, given[block])
         values["t"] = numbers("t", given.get("t", 0.0))
+        if "z" in blocks or given.get("z") is not None:
+            values["z"] = self.internal(given.get("z"))
         if "lam" in blocks:
             size = self.functions.sizes["lam"]
             multipliers = given.get("multipliers")
@@ -114,6 +129,7 @@ class Terms:
             self.functions.inputs("forward_dynamics")  # says that the term is missing
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
         values |= {"p": self.parameters(given["parameters"]), "t": numbers("t", given.get("t", 0.0))}
+        values["z"] = self.internal(given.get("z"))
         blocks = blocks_of(self.functions)
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])

@@ -125,6 +125,7 @@ class _Assembler:
         names = Names(
             parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
             inputs=(*document.inputs, *sorted(refused["inputs"])),
+            states=(*document.states, *sorted(refused["states"])),
             joints=self.joint_types,
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
@@ -181,6 +182,7 @@ class _Assembler:
             ),
             "curves": tuple(self.curve_table.values()),
             "inputs": inputs,
+            "states": tuple(self.state(name, entry) for name, entry in document.states.items()),
             "base": self.base(),
             "constraints": constraints,
             "coordinates": document.coordinates,
@@ -213,6 +215,12 @@ class _Assembler:
             self.curve_table |= {at.curve.name: at.curve for at in applications(part)}
         formula = functools.reduce(lambda x, y: Operation("add", (x, y)), parts) if parts else None
         return scene.Input(name, formula, entry.unit, entry.description, harmonics)
+
+    def state(self, name: str, entry: written.State) -> scene.State:
+        key = key_of("states", name)
+        rate = self.values.formula(f"{key}.rate", entry.rate, STATE)
+        initial = self.values.constant(f"{key}.initial", entry.initial)
+        return scene.State(name, rate, initial, entry.unit, entry.description)
 
     def base(self) -> scene.Base | None:
         base = self.document.base

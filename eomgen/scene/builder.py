@@ -85,6 +85,12 @@ class SceneBuilder:
         """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and outside."""
         return self._enter("curves", name, **shape)
 
+    def state(
+        self, name: str, rate: Value, *, initial: Value = 0.0, unit: str = "", description: str = ""
+    ) -> Self:
+        """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative."""
+        return self._enter("states", name, rate=rate, initial=initial, unit=unit, description=description)
+
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
         """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""
         return self._enter("base", "", position=position, rotation=rotation)

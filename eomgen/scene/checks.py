@@ -32,6 +32,8 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
     return document.model_copy(update=kept)
 
 
+#: Sections whose entries formulas call by their names alone, and what an entry is.
+_BARE = {"parameters": "a parameter", "inputs": "an input", "states": "a state", "curves": "a curve"}
 _NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 
 
@@ -44,13 +46,13 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
-    if section in ("parameters", "inputs", "curves") and name in RESERVED:
+    if section in _BARE and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
-    if section == "inputs" and name in document.parameters:
-        return f"the name {name} is both a parameter and an input", "another name for one of them"
-    if section == "curves" and name in (*document.parameters, *document.inputs):
-        other = "a parameter" if name in document.parameters else "an input"
-        return f"the name {name} is both {other} and a curve", "another name for one of them"
+    for other, what in _BARE.items():  # formulas call all of them by their bare names
+        if section not in _BARE or other == section:
+            break
+        if name in getattr(document, other):
+            return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
     return "", ""
 
 

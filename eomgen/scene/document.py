@@ -48,6 +48,8 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     return Document.model_validate({"format": 1, "name": "scene", **kept}), refused
 
 
+#: So many words that a key may hold are listed in a hint; of more, the nearest are.
+_LISTED = 12
 _AXES = ("x", "y", "z")
 
 
@@ -72,7 +74,9 @@ def _explained(kind: str, message: str, location: tuple[str | int, ...], given: 
         return f"this eomgen reads format 1, not {described(given)}", "format = 1"
     if kind == "literal_error":
         expected = message.removeprefix("Input should be ").replace("'", "")
-        return f"{described(given)} is not known here", f"one of {expected}"
+        names = expected.replace(" or ", ", ").split(", ")
+        hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
+        return f"{described(given)} is not known here", hint
     if kind in ("greater_than_equal", "less_than_equal"):
         return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", ""
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:

@@ -198,13 +198,18 @@ class _Reader:
         if name in self.names.inputs:
             self.allow(node, "input", f"the input {shown(name)}")
             return Symbol("input", name), None
+        for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
+            if name in names:
+                self.allow(node, kind, f"the {kind} {shown(name)}")
+                return Symbol(kind, name), None
         if name in FUNCTIONS:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
             raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
         if name in self.names.joints:
             raise self.error(node, f"{shown(name)} is a joint, not a number", f"q.{name} or v.{name}")
-        known = [*self.names.parameters, *self.names.inputs, *FUNCTIONS, "t", "pi"]
+        declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
+        known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
 
     def allow(self, node: ast.expr, kind: str, what: str) -> None:

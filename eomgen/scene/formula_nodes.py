@@ -19,16 +19,16 @@ class Number:
 
 @dataclass(frozen=True)
 class Symbol:
-    """A name: ``t``, a parameter, an input, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
+    """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
 
     Attributes
     ----------
     kind : str
-        ``time``, ``parameter``, ``input``, ``q``, ``v``, ``a``, ``position``, ``velocity``, ``acceleration``,
-        ``length``, ``rate``, ``tension`` or ``energy``.
+        ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
+        ``acceleration``, ``length``, ``rate``, ``tension`` or ``energy``.
     name : str
-        Name of the parameter, input, joint, point or spring; empty for time; ``kinetic``, ``potential``, ``total``,
-        ``base_power`` or ``power`` for energies.
+        Name of the parameter, input, state, controller, joint, point or spring; empty for time; ``kinetic``, ``potential``,
+        ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position); 0 where
         there is only one.

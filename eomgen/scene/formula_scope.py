@@ -29,12 +29,14 @@ class Scope:
     kinds: frozenset[str]
 
 
-_STATE = frozenset({"parameter", "time", "curve", "input", "q", "v", "position", "velocity", "length", "rate", "energy"})
+_STATE = frozenset(
+    {"parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "length", "rate", "energy"}
+)
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
-SPRING_FORCE = Scope("time, parameters, inputs, positions and velocities (not accelerations or tensions)", _STATE)
-STATE = Scope("time, parameters, inputs, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
+SPRING_FORCE = Scope("time, parameters, inputs, states, positions and velocities (not accelerations or tensions)", _STATE)
+STATE = Scope("time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
 EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
 
 
@@ -51,6 +53,8 @@ class Names:
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     springs: tuple[str, ...] = ()

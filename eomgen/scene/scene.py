@@ -30,6 +30,8 @@ TERMS = (
     "forward_dynamics",
     "residual",
     "partials",
+    "internal_rate",
+    "internal_partials",
     "constraint",
     "constraint_velocity",
     "constraint_bias",
@@ -79,6 +81,17 @@ class Input:
     def given(self) -> bool:
         """Whether the scene itself says what the input is."""
         return self.formula is not None or bool(self.harmonics)
+
+
+@dataclass(frozen=True)
+class State:
+    """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on."""
+
+    name: str
+    rate: Formula
+    initial: float = 0.0
+    unit: str = ""
+    description: str = ""
 
 
 @dataclass(frozen=True)
@@ -257,6 +270,7 @@ class Scene:
     parameters: tuple[Parameter, ...] = ()
     curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
+    states: tuple[State, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
     springs: tuple[Spring, ...] = ()

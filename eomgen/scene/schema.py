@@ -36,6 +36,7 @@ SECTIONS = (
     "parameters",
     "curves",
     "inputs",
+    "states",
     "bodies",
     "joints",
     "constraints",
@@ -63,6 +64,15 @@ class Parameter(Table):
         return data if isinstance(data, Mapping) else {"value": data}
 
 
+
+
+class State(Table):
+    """An internal state z, which its rate moves."""
+
+    rate: Value = key("its time derivative", names=STATE)
+    initial: Value = key("at the start", 0.0, names=FIXED_PARAMETERS)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
 
 
 class Base(Table):
@@ -289,6 +299,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     parameters: dict[str, Parameter] = {}
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}
+    states: dict[str, State] = {}
     base: Base | None = None
     bodies: dict[str, Body] = {}
     joints: dict[str, Joint] = {}

@@ -46,6 +46,7 @@ class Model:
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     turning: tuple[int, ...] = ()
+    initial_z: tuple = ()
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
 
@@ -455,7 +456,7 @@ def context_of(model: Model, method: Method, parameters: Sequence[str]) -> Stepp
         Function(name, inputs, tuple(SimpleNamespace(name=output) for output in outputs))
         for name, (inputs, outputs) in model.functions.items()
     )
-    sizes = {"q": len(model.q), "v": len(model.v), "u": model.inputs}
+    sizes = {"q": len(model.q), "v": len(model.v), "z": 0, "u": model.inputs}
     members = tuple(SimpleNamespace(member=name) for name in parameters)
     data = method_data(method, model, samples=model.samples())
     return StepperContext(model.name, sizes, functions, members, data, "base" in model.functions)

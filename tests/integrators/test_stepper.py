@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from eomgen.errors import NumericalError
 from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.stepper import Equations, initial_algorithmic_acceleration, integrate
+from eomgen.integrators.stepper import Equations, initial_algorithmic_rates, integrate
 from eomgen.system import Factor
 from tests.integrators.stepper_models import formula_inputs, heavy_top, rotation, skew, tied_body
 
@@ -177,7 +177,7 @@ def test_algorithmic_acceleration_starts_with_the_right_derivative():
     q, v, t = np.array([0.7]), np.array([-1.3]), 0.4
     errors = []
     for step in (1e-2, 5e-3):
-        a = initial_algorithmic_acceleration(equations, method, t, q, v, step)
+        a = initial_algorithmic_rates(equations, method, t, q, v, step)[0]
         vddot = (a - equations.forward_dynamics(t, q, v)) / (float(method.alpha_m - method.alpha_f) * step)
         errors.append(abs(vddot[0] - (-4.0 * v[0] - 5.0 * np.sin(5.0 * t))))
     assert errors[0] < 5e-3
