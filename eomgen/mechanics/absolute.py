@@ -11,17 +11,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.coordinates import own_coordinates
 from eomgen.mechanics.formulas import record
-from eomgen.mechanics.joints import Column, columns_of, pose_of
+from eomgen.mechanics.joints import columns_of, pose_of
 from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
-from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, parameter_scalars
+from eomgen.mechanics.tree import (
+    CARRIER,
+    ROOT,
+    WORLD,
+    WORLD_NAME,
+    Link,
+    Mount,
+    Tree,
+    cleaned,
+    no_inertia,
+    parameter_scalars,
+)  # fmt: skip
 from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.scene import BASE, Body, Joint, Scene
-from eomgen.symbolic.rotation import MatrixFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
 from eomgen.system import Factor
 
 DEFAULT_GROUP = "SE3"
+Placed = tuple[Link, Factor]
 
 
 def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
@@ -66,7 +78,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         hosts.append(body)
         totals.append(inertia)
     _check_masses(hosts, totals)
-    links: list[Link] = []
+    links: list[Placed] = []
     turning: list[int] = []
     centers: list[Vector] = []
     for number_of_body, (body, total) in enumerate(zip(hosts, totals, strict=True)):
@@ -81,7 +93,8 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         if mount.link >= 0:
             position = minus(mount.position, centers[mount.link])
             mounts[name] = Mount(turning[mount.link], mount.orientation, position)
-    return Tree(algebra, tuple(links), mounts, parameters)
+    of_bodies, factors = zip(*links, strict=True) if links else ((), ())
+    return Tree(algebra, of_bodies, mounts, parameters, factors, {})
 
 
 def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
@@ -95,37 +108,30 @@ def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
         )
 
 
-def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[Link]:
+def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[Placed]:
     """Return one link on SE(3)."""
-    factor = Factor("SE3", name, q_start, 7, v_start, 6)
-    return [_link(algebra, "free", name, ROOT, factor, inertia)]
+    return [_link(algebra, "free", name, ROOT, Factor("SE3", name, q_start, 7, v_start, 6), inertia)]
 
 
-def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int) -> list[Link]:
+def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int) -> list[Placed]:
     """Return a translating point and the body that turns about it: R^3 x SO(3), angular velocity first."""
-    zero = algebra.zero
-    nothing = Inertia(zero, algebra.zero_vector, algebra.matrix([[zero] * 3] * 3))
     place = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
-    return [_link(algebra, "translation", name, ROOT, place, nothing), _link(algebra, "spherical", name, index, turn, inertia)]
+    return [
+        _link(algebra, "prismatic", name, ROOT, place, no_inertia(algebra)),
+        _link(algebra, "spherical", name, index, turn, inertia),
+    ]
 
 
-def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, inertia: Inertia) -> Link:
-    q = [Scalar(algebra.tape, algebra.tape.input("q", factor.q_start + k)) for k in range(factor.q_size)]
-    zero, units = algebra.zero_vector, algebra.identity
-    if kind == "translation":
-        rotation, position = Rotation((MatrixFactor(units),)), (q[0], q[1], q[2])
-        columns = tuple(Column(zero, unit) for unit in units)
-    else:
-        rotation, position = pose_of(algebra, kind, zero, units, zero, q)
-        columns = columns_of(algebra, kind, zero)
-
-    def components(block: str) -> tuple[Scalar, ...]:
-        return tuple(Scalar(algebra.tape, algebra.tape.input(block, factor.v_start + k)) for k in range(factor.v_size))
-
+def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
+    units, zero = algebra.identity, algebra.zero
+    coordinates = own_coordinates(algebra, factor)
+    rotation, position = pose_of(algebra, kind, units, zero, units, algebra.zero_vector, coordinates.q)
     joint = Joint(factor.name, "free" if kind != "spherical" else "spherical", BASE, name)
-    return Link(
-        name=name, joint=joint, parent=parent, rotation=rotation, orientation=units, neutral_position=zero, position=position,
-        columns=columns, factor=factor, velocities=components("v"), accelerations=components("a"), inertia=inertia,
-        rotor_inertia=algebra.zero,
+    link = Link(
+        name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
+        neutral_position=algebra.zero_vector, position=position, columns=columns_of(algebra, kind, units, zero),
+        coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
+        rotor_inertias=(zero,) * factor.v_size, balanced=kind == "spherical",
     )  # fmt: skip
+    return link, factor

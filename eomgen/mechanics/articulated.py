@@ -89,7 +89,10 @@ class _Elimination:
 def articulated_forward(
     tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None], efforts: Sequence[Scalar]
 ) -> list[Scalar]:
-    """Return vdot under gravity, applied wrenches by link (link axes) and efforts by velocity component."""
+    """Return vdot under gravity, applied wrenches by link (link axes) and efforts by velocity component.
+
+    Every column of motion is freed by itself, so no joint may follow another.
+    """
     algebra = tree.algebra
     omegas = angular_velocities(tree, base.omega)
     biases = [_bias(algebra, link, base.omega if link.parent == ROOT else omegas[link.parent]) for link in tree.links]
@@ -126,9 +129,9 @@ def _eliminated(
     for k in reversed(range(len(link.columns))):
         w, u = link.columns[k].angular, link.columns[k].linear
         n, f = Articulated(A, B, C, moment, force).load(w, u)
-        pivot = dot(w, n) + dot(u, f) + link.rotor_inertia
+        pivot = dot(w, n) + dot(u, f) + link.rotor_inertias[k]
         inverse = Scalar(pivot.tape, pivot.tape.constant(1.0)) / pivot
-        drive = efforts[link.factor.v_start + k] - (dot(w, moment) + dot(u, force))
+        drive = efforts[link.dofs[k]] - (dot(w, moment) + dot(u, force))
         found.insert(0, _Elimination(n, f, inverse, drive))
         n_scaled, f_scaled = scaled(inverse, n), scaled(inverse, f)
         A = _less(A, outer(n_scaled, n))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from eomgen.mechanics.base import quaternion_product
+from eomgen.mechanics.joints import TURNING
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.tree import CARRIER, ROOT, Link, Tree
 from eomgen.scene.scene import Scene
@@ -37,16 +38,15 @@ def constant_quaternion(R: Matrix) -> list[float]:
 def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
     algebra = tree.algebra
     constant = [algebra.scalar(part) for part in constant_quaternion(link.orientation)]
-    start = link.factor.q_start
-    q = [Scalar(algebra.tape, algebra.tape.input("q", start + k)) for k in range(link.factor.q_size)]
-    if link.joint.type == "revolute":
+    q = link.coordinates.q
+    if link.kind in TURNING:
         half = q[0] * 0.5
         sine = algebra.call(Op.SIN, half)
         axis = link.columns[0].angular
         return quaternion_product(constant, [algebra.call(Op.COS, half), *(component * sine for component in axis)])
-    if link.factor.group == "R":
+    if link.kind == "prismatic":
         return constant
-    return quaternion_product(constant, q[:4])
+    return quaternion_product(constant, list(q[:4]))
 
 
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:

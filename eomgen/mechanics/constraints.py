@@ -95,6 +95,8 @@ def _holonomic(quantities: Quantities, item: Constraint, first: Placed, second: 
             return [*meeting, spin]
         case "cylindrical":
             return meeting[:2] + parallel + _driven_travel(quantities, item, local)
+        case "helical":
+            return [*meeting[:2], *parallel, ("travel follows the angle", _screwed(quantities, item, first, second, local))]
         case "prismatic":
             return [*meeting[:2], *parallel, spin, *_driven_travel(quantities, item, local)]
         case "planar":
@@ -114,10 +116,19 @@ def _holonomic(quantities: Quantities, item: Constraint, first: Placed, second: 
 def _driven_angle(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
     if item.drive is None:
         return []
-    angle = quantities.formula(item.drive)
+    return [("driven angle", _turned_past(quantities, quantities.formula(item.drive), first, second))]
+
+
+def _turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
+    """Return the sine of how far the second frame has turned about z beyond an angle: smooth over any number of turns."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
-    turned = dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
-    return [("driven angle", turned)]
+    return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
+
+
+def _screwed(quantities: Quantities, item: Constraint, first: Placed, second: Placed, local: Vector) -> Scalar:
+    """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
+    pitch = quantities.formula(item.pitch)
+    return pitch * _turned_past(quantities, -local[2] / pitch, first, second)
 
 
 def _driven_travel(quantities: Quantities, item: Constraint, local: Vector) -> list[tuple[str, Scalar]]:

@@ -129,8 +129,10 @@ class Derivation:
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     def forward_dynamics(self) -> list[Block]:
-        ways = [articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts)]
-        if not self.long:
+        ways = []
+        if not self.tree.following:
+            ways.append(articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts))
+        if not self.long or self.tree.following:
             ways.append(self._forward_by_mass_matrix())
         vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
         return [self._vector("vdot", vdot, "time derivative of v")]

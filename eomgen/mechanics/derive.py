@@ -8,7 +8,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.inputs import input_signal
-from eomgen.mechanics.start import absolute_start
+from eomgen.mechanics.start import absolute_start, joint_start
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.tape import InputSymbol, Op, Tape
@@ -138,10 +138,9 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     if derivation.absolute:
         initial_q, initial_v = absolute_start(derivation)
     else:
-        initial_q = tuple(value for link in tree.links for value in link.joint.initial_position)
-        initial_v = tuple(value for link in tree.links for value in link.joint.initial_velocity)
+        initial_q, initial_v = joint_start(derivation)
     return System(
-        name=scene.name, tape=tape, factors=tuple(link.factor for link in tree.links), functions=functions,
+        name=scene.name, tape=tape, factors=tree.factors, functions=functions,
         parameters=tuple(Quantity(p.name, p.value, 1, p.unit, p.description) for p in scene.parameters if p.tunable),
         inputs=tuple(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in scene.inputs),
         states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from eomgen.mechanics.joints import GROUPS
 from eomgen.mechanics.tree import Tree
 from eomgen.symbolic.configuration import Tangent, configuration_seeds
 from eomgen.symbolic.scalar import multiply, skew
@@ -19,23 +20,20 @@ Seeds = dict[Ref | InputSymbol, Tangent]
 def configuration_directions(tree: Tree) -> Seeds:
     """Return the seeds of all coordinates and joint rotations; directions are numbered as the components of v."""
     tape = tree.algebra.tape
-    factors = [link.factor for link in tree.links]
-    seeds: Seeds = dict(configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in factors]))
+    seeds: Seeds = dict(configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in tree.factors]))
     for link in tree.links:
-        factor = link.factor
-        if factor.group == "R":
+        if link.kind not in GROUPS:
             continue
+        start = link.dofs[0]
         R = link.rotation.factors[-1].matrix
         by_axis = [multiply(R, skew(axis)) for axis in tree.algebra.identity]
         for i in range(3):
             for j in range(3):
                 if tape.value(R[i][j].ref) is None:
-                    changes = {factor.v_start + k: by_axis[k][i][j].ref for k in range(3)}
+                    changes = {start + k: by_axis[k][i][j].ref for k in range(3)}
                     seeds[R[i][j].ref] = {direction: ref for direction, ref in changes.items() if abs(ref) != ZERO}
-        if factor.group == "SE3":
-            for k in range(3):
-                position = tape.input("q", factor.q_start + 4 + k)
-                seeds[position] = {factor.v_start + 3 + j: R[k][j].ref for j in range(3)}
+        for k, position in enumerate(link.coordinates.q[4:]):
+            seeds[position.ref] = {start + 3 + j: R[k][j].ref for j in range(3)}
     return seeds
 
 

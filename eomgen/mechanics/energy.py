@@ -54,8 +54,8 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"energy of link {link.name}"):
             kinetic = kinetic + kinetic_energy(algebra, link.inertia, *kinematics.inertial_twist(index))
-            for value in link.velocities:
-                kinetic = kinetic + 0.5 * (link.rotor_inertia * (value * value))
+            for rotor, value in zip(link.rotor_inertias, link.velocities, strict=True):
+                kinetic = kinetic + 0.5 * (rotor * (value * value))
             R, p = kinematics.pose(index)
             moment = plus(scaled(link.inertia.mass, p), apply(R, link.inertia.first))
             in_world = plus(scaled(link.inertia.mass, base.position), apply(base.orientation, moment))

@@ -41,7 +41,7 @@ def extended_partials(
     seeds |= internal.seeds(3 * nv)
     owners: dict[int, int] = {}
     for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
-        owners.setdefault(abs(scalar.ref), tree.links[link].factor.v_start)
+        owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
     outputs = [value.ref for value in (*residual, *internal.rates())]
     found, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}

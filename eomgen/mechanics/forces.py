@@ -26,15 +26,16 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
         add_joint(loads, joint, quantities)
     for torsion in scene.torsion_springs:
         with algebra.tape.block(f"torsion spring {torsion.name}"):
-            angle, rate = quantities(Symbol("q", torsion.first)), quantities(Symbol("v", torsion.first))
+            angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
             if torsion.second:
-                angle, rate = angle - quantities(Symbol("q", torsion.second)), rate - quantities(Symbol("v", torsion.second))
+                other_angle, other_rate = (quantities(Symbol(kind, torsion.second, torsion.second_index)) for kind in "qv")
+                angle, rate = angle - other_angle, rate - other_rate
             stretch, stiffness = angle - quantities.formula(torsion.rest), quantities.formula(torsion.stiffness)
             damping = quantities.formula(torsion.damping)
             effort = stiffness * stretch + damping * rate
-            add_effort(loads, quantities, torsion.first, -effort)
+            add_effort(loads, quantities, torsion.first, -effort, torsion.first_index)
             if torsion.second:
-                add_effort(loads, quantities, torsion.second, effort)
+                add_effort(loads, quantities, torsion.second, effort, torsion.second_index)
             loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
             loads.power = loads.power - damping * (rate * rate)
     for bushing in scene.bushings:

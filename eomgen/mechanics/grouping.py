@@ -1,9 +1,10 @@
 """Grouping of inertial parameters: mass that a joint cannot tell from its parent's is moved to the parent.
 
 Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so
-it may be counted there; for a prismatic joint the whole second moment may, for a spherical joint the mass at its
-centre. Torques do not change (Gautier & Khalil 1990 give the same for Denavit-Hartenberg frames); joint reactions,
-per-body energies and base terms would, so only functions that give generalized forces use the grouped tree.
+it may be counted there; for a prismatic joint the whole second moment may, for a helical one the second moment along its
+axis, for a spherical joint the mass at its centre. Torques do not change (Gautier & Khalil 1990 give the same for
+Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would, so only functions that give generalized
+forces use the grouped tree.
 """
 
 from __future__ import annotations
@@ -32,18 +33,19 @@ def grouped(tree: Tree) -> Tree:
             moved = movable.moved(link.orientation, link.neutral_position)
             inertias[link.parent] = cleaned(algebra, inertias[link.parent] + moved)
     links = tuple(replace(link, inertia=inertia) for link, inertia in zip(tree.links, inertias, strict=True))
-    return Tree(algebra, links, tree.mounts, tree.parameters)
+    return replace(tree, links=links)
 
 
 def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
     zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
-    match link.joint.type:
-        case "revolute":
+    match link.kind:
+        case "revolute" | "helical":
             k = next(axis for axis in range(3) if not link.columns[0].angular[axis].is_zero)
-            first = _unit(algebra, k, inertia.first[k])
             along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
             second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
-            return Inertia(inertia.mass, first, second)
+            if link.kind != "revolute":
+                return Inertia(zero, algebra.zero_vector, second)
+            return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
         case "prismatic":
             return Inertia(zero, algebra.zero_vector, inertia.second)
         case "spherical":

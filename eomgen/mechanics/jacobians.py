@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from eomgen.mechanics.tree import ROOT, Tree
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, transpose
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, scaled, transpose
 
 #: Angular and linear part for each velocity component that moves a link.
 Columns = dict[int, tuple[Vector, Vector]]
@@ -22,8 +22,11 @@ def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
             for k, (angular, linear) in (of_links[link.parent] if link.parent != ROOT else {}).items():
                 moved = plus(linear, cross(angular, link.position))
                 carried[k] = (link.rotation.rotate_back(angular), link.rotation.rotate_back(moved))
-        own = {link.factor.v_start + k: (column.angular, column.linear) for k, column in enumerate(link.columns)}
-        of_links.append(carried | own)
+        ratio, still = link.coordinates.ratio, (tree.algebra.zero_vector, tree.algebra.zero_vector)
+        for k, column in zip(link.dofs, link.columns, strict=True):
+            angular, linear = carried.get(k, still)
+            carried[k] = (plus(angular, scaled(ratio, column.angular)), plus(linear, scaled(ratio, column.linear)))
+        of_links.append(carried)
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]

@@ -28,16 +28,17 @@ def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
 
 
 def _add_spring_and_damper(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    name = joint.name
-    stiffness, damping = quantities.formula(joint.stiffness), quantities.formula(joint.damping)
-    if stiffness.is_zero and damping.is_zero:
-        return
-    with quantities.algebra.tape.block(f"spring and damper of joint {name}"):
-        stretch = quantities(Symbol("q", name)) - quantities.formula(joint.rest)
-        rate = quantities(Symbol("v", name))
-        add_effort(loads, quantities, name, -(stiffness * stretch + damping * rate))
-        loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
-        loads.power = loads.power - damping * (rate * rate)
+    of_coordinates = zip(joint.each(joint.stiffness), joint.each(joint.damping), joint.each(joint.rest), strict=True)
+    for index, formulas in enumerate(of_coordinates):
+        stiffness, damping, rest = (quantities.formula(formula) for formula in formulas)
+        if stiffness.is_zero and damping.is_zero:
+            continue
+        with quantities.algebra.tape.block(f"spring and damper of joint {joint.name}"):
+            stretch = quantities(Symbol("q", joint.name, index)) - rest
+            rate = quantities(Symbol("v", joint.name, index))
+            add_effort(loads, quantities, joint.name, -(stiffness * stretch + damping * rate), index)
+            loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
+            loads.power = loads.power - damping * (rate * rate)
 
 
 def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> None:

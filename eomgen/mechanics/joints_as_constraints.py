@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.constraints import place, rates_of
 from eomgen.mechanics.directions import configuration_directions
+from eomgen.mechanics.joints import Direction, aligning_turn, perpendicular
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
-from eomgen.mechanics.tree import Tree, aligning_turn
+from eomgen.mechanics.tree import Tree
 from eomgen.scene.constraint import Constraint, Frame
 from eomgen.scene.formula_nodes import Number, Symbol
 from eomgen.scene.scene import Joint, Scene
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
-from eomgen.symbolic.scalar import Scalar, dot, minus
+from eomgen.symbolic.scalar import Scalar, Vector, dot, minus
 from eomgen.symbolic.tape import ZERO, Op
 
 
 def joint_constraint(joint: Joint) -> Constraint | None:
-    """Return the constraint that a joint is, its axis along z of both frames; None for joints without equations."""
+    """Return the constraint that a joint is; None for joints without equations."""
     if joint.type == "free" or joint.type == "fixed":  # noqa: PLR1714  # the checker narrows the type by equality only
         return None
-    turn = aligning_turn(joint.axis)
-    orientation = _product(joint.orientation, turn)
-    first = Frame(joint.parent, joint.position, orientation)
-    return Constraint(joint.name, joint.type, first, Frame(joint.child, orientation=turn))
+    turn = _frame(joint)
+    first = Frame(joint.parent, joint.position, _product(joint.orientation, turn))
+    return Constraint(joint.name, joint.type, first, Frame(joint.child, orientation=turn), pitch=joint.pitch)
+
+
+def _frame(joint: Joint) -> tuple[Direction, ...]:
+    """Return the axes of the constraint's frames in the child: z along the joint's axis, or x and y along both of them."""
+    if joint.type == "universal":
+        return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
+    if joint.type == "planar":
+        return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
+    return aligning_turn(joint.axis)
 
 
 def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tuple[tuple[float, float, float], ...]:
@@ -42,41 +51,69 @@ class AbsoluteQuantities(Quantities):
         tape = self.algebra.tape
         self.seeds = configuration_directions(tree)
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
-        self._coordinates: dict[str, Scalar] = {}
-        heavy = [joint.name for joint in scene.joints if joint.rotor_inertia != Number(0.0)]
-        if heavy:
-            what = "has no place in absolute coordinates"
-            raise ModelError([Problem(f"joints.{name}.rotor_inertia", what, "joint coordinates") for name in heavy])
+        self._coordinates: dict[str, tuple[Scalar, ...]] = {}
+        _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
+        _refuse(f"{joint.name}.mimic" for joint in scene.joints if joint.mimic is not None)
 
     def __call__(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "q":
-            return self.coordinate(symbol.name)
+            return self.coordinate(symbol.name, symbol.index)
         if symbol.kind == "v":
             tape = self.algebra.tape
-            return Scalar(tape, jacobian_vector(tape, [self.coordinate(symbol.name).ref], self.rates)[0])
+            return Scalar(tape, jacobian_vector(tape, [self.coordinate(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
             what = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
             raise ModelError(what, "the acceleration of a point")
         return super().__call__(symbol)
 
-    def coordinate(self, joint: str) -> Scalar:
-        """Return the angle (within half a turn) or the travel of a joint."""
+    def coordinate(self, joint: str, index: int = 0) -> Scalar:
+        """Return an angle (within half a turn) or a travel of a joint."""
         if joint not in self._coordinates:
             item = self.constraints[joint]
-            if item is None or item.type not in ("revolute", "prismatic"):
+            if item is None or item.type == "spherical":
                 raise ModelError(
                     f"joint {joint!r} has no single coordinate that absolute coordinates could measure",
                     "a force or torque on the body, or joint coordinates",
                 )
-            first, second = place(self, item.first), place(self, item.second)
-            if item.type == "prismatic":
-                self._coordinates[joint] = dot(minus(second.origin, first.origin), first.axis(2))
-            else:
-                x = second.axis(0)
-                self._coordinates[joint] = self.algebra.call(Op.ATAN2, dot(first.axis(1), x), dot(first.axis(0), x))
-        return self._coordinates[joint]
+            self._coordinates[joint] = self._measured(item)
+        return self._coordinates[joint][index]
+
+    def _measured(self, item: Constraint) -> tuple[Scalar, ...]:
+        """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
+        first, second = place(self, item.first), place(self, item.second)
+        gap = minus(second.origin, first.origin)
+
+        def angle(x: Vector, y: Vector, along: Vector) -> Scalar:
+            return self.algebra.call(Op.ATAN2, dot(y, along), dot(x, along))
+
+        def turn() -> Scalar:
+            return angle(first.axis(0), first.axis(1), second.axis(0))
+
+        def travel(k: int) -> Scalar:
+            return dot(gap, first.axis(k))
+
+        match item.type:
+            case "prismatic":
+                return (travel(2),)
+            case "helical":
+                return (travel(2) / self.formula(item.pitch),)
+            case "cylindrical":
+                return turn(), travel(2)
+            case "universal":
+                about_x = angle(first.axis(1), first.axis(2), second.axis(1))
+                return about_x, angle(second.axis(0), second.axis(2), first.axis(0))
+            case "planar":
+                return turn(), travel(0), travel(1)
+            case _:
+                return (turn(),)
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         tape = self.algebra.tape
-        (tangent,) = forward_partials(tape, [self.coordinate(joint).ref], self.seeds)
+        (tangent,) = forward_partials(tape, [self.coordinate(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
+
+
+def _refuse(keys: Iterable[str]) -> None:
+    problems = [Problem(f"joints.{key}", "has no place in absolute coordinates", "joint coordinates") for key in keys]
+    if problems:
+        raise ModelError(problems)

@@ -170,8 +170,9 @@ def inertial_partials(tree: Tree, base: BaseMotion) -> tuple[list[list[Scalar]],
         with algebra.tape.block(f"partials, joint {link.joint.name}"):
             for k, screw in enumerate(screws[index]):
                 _column(tree, index, k, screw, screws, bodies[index], flows[index], loads[index], (K, C, M))
-    for dof, (index, _) in enumerate(tree.dof_links()):
-        M[dof][dof] = M[dof][dof] + tree.links[index].rotor_inertia
+    for link in tree.links:
+        for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
+            M[dof][dof] = M[dof][dof] + link.coordinates.ratio * link.coordinates.ratio * rotor
     return K, C, M
 
 
@@ -181,14 +182,13 @@ def _column(
 ) -> None:  # fmt: skip
     """Fill what couples one column of a joint with its own joint and with all joints towards the root."""
     algebra, link = tree.algebra, tree.links[index]
-    K, C, M = blocks
-    dof = link.factor.v_start + k
+    dof, ratio = link.dofs[k], link.coordinates.ratio
     by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
     by_v = _sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
     by_a = wrench(algebra, body, screw.linear, screw.angular)
-    for other, values in enumerate(zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)):
-        row = link.factor.v_start + other
-        K[row][dof], C[row][dof], M[row][dof] = values
+    own = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
+    for row, values in zip(link.dofs, own, strict=True):
+        _add(blocks, row, dof, ratio * ratio, values)
     moved = (plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1]))
     by_q = _sum(by_q, moved)
     work = flow.adjoint(screw.angular, screw.linear)
@@ -199,10 +199,15 @@ def _column(
         work = below_link.rotation.rotate(work)
         below = below_link.parent
         above: Link = tree.links[below]
-        for other, values in enumerate(zip(project(above, by_q), project(above, by_v), project(above, by_a), strict=True)):
-            row = above.factor.v_start + other
-            K[row][dof], C[row][dof], M[row][dof] = values
-            M[dof][row] = values[2]
-            there = screws[below][other]
-            K[dof][row] = dot(there.spin_field, by_a[0]) + dot(there.spin_origin, by_a[1]) + dot(there.turn, work)
-            C[dof][row] = dot(there.rate_field, by_a[0]) + dot(there.rate_origin, by_a[1]) + dot(there.angular, work)
+        both = above.coordinates.ratio * ratio
+        projected = zip(project(above, by_q), project(above, by_v), project(above, by_a), strict=True)
+        for row, there, values in zip(above.dofs, screws[below], projected, strict=True):
+            _add(blocks, row, dof, both, values)
+            turned = dot(there.spin_field, by_a[0]) + dot(there.spin_origin, by_a[1]) + dot(there.turn, work)
+            rated = dot(there.rate_field, by_a[0]) + dot(there.rate_origin, by_a[1]) + dot(there.angular, work)
+            _add(blocks, dof, row, both, (turned, rated, values[2]))
+
+
+def _add(blocks: Sequence[list[list[Scalar]]], row: int, column: int, ratio: Scalar, values: Sequence[Scalar]) -> None:
+    for block, value in zip(blocks, values, strict=True):
+        block[row][column] = block[row][column] + ratio * value

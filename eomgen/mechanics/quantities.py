@@ -20,7 +20,6 @@ class Quantities:
         self.tree = tree
         self.kinematics = kinematics
         self.algebra: Algebra = tree.algebra
-        self.factors = {link.joint.name: link.factor for link in tree.links}
         self.points = {point.name: point for point in scene.points}
         self.springs = {spring.name: spring for spring in scene.springs}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
@@ -41,9 +40,11 @@ class Quantities:
             case "state":
                 return self._input("z", self.state_numbers[symbol.name])
             case "q":
-                return self._input("q", self.factors[symbol.name].q_start + symbol.index)
-            case "v" | "a":
-                return self._input(symbol.kind, self.factors[symbol.name].v_start + symbol.index)
+                return self.tree.coordinates[symbol.name].q[symbol.index]
+            case "v":
+                return self.tree.coordinates[symbol.name].v[symbol.index]
+            case "a":
+                return self.tree.coordinates[symbol.name].a[symbol.index]
             case "position":
                 return self.kinematics.position(*self.at(self.points[symbol.name]))[symbol.index]
             case "velocity":
@@ -61,7 +62,8 @@ class Quantities:
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         """Return what an effort of 1 on a joint's component adds to the generalized force, by velocity component."""
-        return {self.factors[joint].v_start + index: self.algebra.one}
+        coordinates = self.tree.coordinates[joint]
+        return {coordinates.dofs[index]: coordinates.ratio}
 
     def formula(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, self)

@@ -1,4 +1,4 @@
-"""Initial state in absolute coordinates: the bodies put where the joints' initial state has them."""
+"""Initial state: that of the joints, and in absolute coordinates the bodies put where it has them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,30 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 
 
+def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return q and v of the joints' initial state."""
+    joints = {joint.name: joint for joint in derivation.scene.joints}
+    ordered = [joints[factor.name] for factor in derivation.tree.factors]
+    return (
+        tuple(value for joint in ordered for value in joint.initial_position),
+        tuple(value for joint in ordered for value in joint.initial_velocity),
+    )
+
+
 def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0."""
     poses, twists = _bodies_at_start(derivation.scene)
     names = [body.name for body in derivation.scene.bodies]
-    nq = sum(link.factor.q_size for link in derivation.tree.links)
+    nq = sum(factor.q_size for factor in derivation.tree.factors)
     q, v = np.zeros(nq), np.zeros(derivation.tree.nv)
-    for link in derivation.tree.links:
+    for link, factor in zip(derivation.tree.links, derivation.tree.factors, strict=True):
         mount = derivation.tree.mounts[link.name]
         pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
         offset = -np.array(evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene)))
         R = _matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
-        place, speed = slice(link.factor.q_start, None), slice(link.factor.v_start, None)
-        match link.factor.group:
+        place, speed = slice(factor.q_start, None), slice(factor.v_start, None)
+        match factor.group:
             case "SE3":
                 q[place][:7] = np.concatenate([pose[:4], pose[4:] + R @ offset])
                 v[speed][:6] = np.concatenate([twist[:3], velocity])
@@ -44,10 +54,11 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
 def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     bare = replace(scene, constraints=(), states=(), forces=(), efforts=(), springs=(), torsion_springs=())
     tree = Derivation(replace(bare, coordinates="joint"))
+    initial_q, initial_v = joint_start(tree)
     inputs = _defaults(scene) | {
         "t": np.zeros(1),
-        "q": np.array([value for link in tree.tree.links for value in link.joint.initial_position]),
-        "v": np.array([value for link in tree.tree.links for value in link.joint.initial_velocity]),
+        "q": np.array(initial_q),
+        "v": np.array(initial_v),
     }
     if scene.base is not None:
         law = base_law(tree.algebra, scene.base, tree.tree.parameters)

@@ -31,7 +31,7 @@ def kept_and_dropped(
     note(bool(scene.inputs), "inputs", "the scene has none")
     note(bool(scene.states), "internal states", "the scene has none")
     note(any(parameter.tunable for parameter in scene.parameters), "parameter struct", "all parameters are fixed and folded")
-    note(any(not link.rotor_inertia.is_zero for link in tree.links), "rotor inertia", "no joint has any")
+    note(any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias), "rotor inertia", "no joint has any")
     note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")
     for term, why in (("outputs", "the scene names none"), ("partials", "not asked for"), ("energy", "not asked for")):
         note(term in functions, term, why)

@@ -85,10 +85,11 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
         for load, applied in zip(inertial, loads, strict=True)
     ]
     efforts = generalized(tree, net, "inverse dynamics")
-    for dof, (index, k) in enumerate(tree.dof_links()):
-        link = tree.links[index]
-        efforts[dof] = efforts[dof] + link.rotor_inertia * link.accelerations[k]
-    return efforts
+    of_rotors = {
+        index: [rotor * rate for rotor, rate in zip(link.rotor_inertias, link.accelerations, strict=True)]
+        for index, link in enumerate(tree.links)
+    }
+    return [x + y for x, y in zip(efforts, tree.by_dof(of_rotors), strict=True)]
 
 
 def composites(tree: Tree) -> list[Inertia]:
@@ -112,20 +113,26 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
             for k, column in enumerate(link.columns):
-                dof = link.factor.v_start + k
+                dof, ratio = link.dofs[k], link.coordinates.ratio
                 load = wrench(algebra, bodies[index], column.linear, column.angular)
                 own = project(link, load)
-                for other in range(k + 1):
-                    M[link.factor.v_start + other][dof] = M[dof][link.factor.v_start + other] = own[other]
-                M[dof][dof] = M[dof][dof] + link.rotor_inertia
+                for other in range(k):
+                    _couple(M, link.dofs[other], dof, ratio * ratio * own[other])
+                M[dof][dof] = M[dof][dof] + ratio * ratio * (own[k] + link.rotor_inertias[k])
                 below = index
                 while tree.links[below].parent != ROOT:
                     load = carry(tree.links[below], load)
                     below = tree.links[below].parent
                     above = tree.links[below]
-                    for other, value in enumerate(project(above, load)):
-                        M[above.factor.v_start + other][dof] = M[dof][above.factor.v_start + other] = value
+                    for other, value in zip(above.dofs, project(above, load), strict=True):
+                        _couple(M, other, dof, above.coordinates.ratio * ratio * value)
     return M
+
+
+def _couple(M: list[list[Scalar]], row: int, column: int, value: Scalar) -> None:
+    """Add what couples two columns of motion; both may belong to one component, if one joint follows the other."""
+    M[row][column] = M[row][column] + value
+    M[column][row] = M[column][row] + value if row == column else M[row][column]
 
 
 def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:

@@ -11,8 +11,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from eomgen.mechanics.coordinates import Coordinates, joint_coordinates
 from eomgen.mechanics.formulas import record
-from eomgen.mechanics.joints import GROUPS, Column, columns_of, pose_of
+from eomgen.mechanics.joints import Column, Motion, columns_of, motions_of, pose_of
 from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.scene import BASE, Joint, Scene
@@ -45,60 +46,91 @@ class Link:
 
     Attributes
     ----------
+    kind : the elementary motion that carries it
     rotation, position : pose in the parent link's frame (base frame at the root), functions of q
-    columns : motion subspace in this frame, one column per velocity component
-    velocities : components of v of this joint
+    columns : motion subspace in this frame
+    coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
+    rotor_inertias : one for each column
+    balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
     """
 
     name: str
     joint: Joint
+    kind: str
     parent: int
     rotation: Rotation
     orientation: Matrix
     neutral_position: Vector
     position: Vector
     columns: tuple[Column, ...]
-    factor: Factor
+    coordinates: Coordinates
     velocities: tuple[Scalar, ...]
     accelerations: tuple[Scalar, ...]
     inertia: Inertia
-    rotor_inertia: Scalar
+    rotor_inertias: tuple[Scalar, ...]
+    balanced: bool = False
+
+    @property
+    def dofs(self) -> tuple[int, ...]:
+        return self.coordinates.dofs
 
 
 @dataclass(frozen=True)
 class Tree:
-    """All links, parents before children, and the mounts of all bodies by name (``base`` included)."""
+    """All links, parents before children, and the mounts of all bodies by name (``base`` included).
+
+    Attributes
+    ----------
+    factors : of the configuration, in the order of the links that they move
+    coordinates : of all moving joints by name, those that follow others included
+    """
 
     algebra: Algebra
     links: tuple[Link, ...]
     mounts: dict[str, Mount]
     parameters: dict[str, Scalar]
+    factors: tuple[Factor, ...]
+    coordinates: dict[str, Coordinates]
 
     @property
     def nv(self) -> int:
-        return sum(len(link.columns) for link in self.links)
+        return sum(factor.v_size for factor in self.factors)
 
-    def dof_links(self) -> list[tuple[int, int]]:
-        """Return (link, column) of each velocity component."""
-        found = {link.factor.v_start + k: (i, k) for i, link in enumerate(self.links) for k in range(len(link.columns))}
-        return [found[dof] for dof in range(self.nv)]
+    @property
+    def following(self) -> bool:
+        """Whether any joint follows another, so that one velocity component moves several links."""
+        return sum(len(link.columns) for link in self.links) > self.nv
 
     def by_dof(self, values: Mapping[int, Sequence[Scalar]]) -> list[Scalar]:
-        """Return values given per link (one per column) in the order of v."""
-        return [values[index][k] for index, k in self.dof_links()]
+        """Return virtual work given per link (one value per column) as generalized forces, in the order of v."""
+        total = [self.algebra.zero] * self.nv
+        for index, link in enumerate(self.links):
+            for dof, value in zip(link.dofs, values[index], strict=True):
+                total[dof] = total[dof] + link.coordinates.ratio * value
+        return total
 
     def dof_parents(self) -> tuple[int, ...]:
-        """Return for each velocity component the nearest one towards the root that it is coupled with, -1 where there is none.
+        """Return for each velocity component the nearest one before it that it is coupled with, -1 where there is none.
 
-        The turning and the translating link of an absolute body on R^3 x SO(3) are not coupled, and come in the other order.
+        Eliminating M from the last component to the first fills no place that is not on the way from a component along
+        these parents. Where no joint follows another, they are the tree's own.
         """
-        parents: list[int] = []
-        for index, k in self.dof_links():
-            above = self.links[index].parent
-            last = -1 if above == ROOT else self.links[above].factor.v_start + self.links[above].factor.v_size - 1
-            nearest = last if k == 0 else len(parents) - 1
-            parents.append(nearest if nearest < len(parents) else -1)
+        coupled: list[set[int]] = [set() for _ in range(self.nv)]
+        above: list[frozenset[int]] = []
+        for link in self.links:
+            carrying = above[link.parent] if link.parent != ROOT else frozenset()
+            every = carrying.union(link.dofs)
+            above.append(every)
+            for dof in link.dofs:
+                for other in link.dofs if link.balanced else every:
+                    coupled[max(dof, other)].add(min(dof, other))
+        parents = [-1] * self.nv
+        for dof in reversed(range(self.nv)):
+            before = coupled[dof] - {dof}
+            if before:
+                parents[dof] = max(before)
+                coupled[parents[dof]] |= before
         return tuple(parents)
 
     def children(self) -> list[list[int]]:
@@ -136,9 +168,9 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
         BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
     }
+    factors, coordinates = joint_coordinates(algebra, scene.joints, number)
     links: list[Link] = []
     inertias: list[Inertia] = []
-    q_start = v_start = 0
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         mount = mounts[joint.parent]
         orientation = multiply(mount.orientation, algebra.matrix(joint.orientation))
@@ -150,52 +182,48 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
             if mount.link != ROOT:
                 inertias[mount.link] = inertias[mount.link] + inertia.moved(orientation, position)
             continue
-        turn, axis = _aligned(algebra, joint)
-        orientation = multiply(orientation, turn)
-        group, q_size, v_size = GROUPS[joint.type]
-        factor = Factor(group, joint.name, q_start, q_size, v_start, v_size)
-        q = [Scalar(algebra.tape, algebra.tape.input("q", q_start + k)) for k in range(q_size)]
-        rotation, moved_to = pose_of(algebra, joint.type, axis, orientation, position, q)
-        mounts[body.name] = Mount(len(links), transpose(turn), algebra.zero_vector)
-        inertias.append(inertia.moved(transpose(turn), algebra.zero_vector))
-        links.append(
-            Link(
-                name=body.name, joint=joint, parent=mount.link, rotation=rotation, orientation=orientation,
-                neutral_position=position, position=moved_to,
-                columns=columns_of(algebra, joint.type, axis), factor=factor,
-                velocities=_components(algebra, "v", v_start, v_size), accelerations=_components(algebra, "a", v_start, v_size),
-                inertia=inertia, rotor_inertia=number(joint.rotor_inertia),
-            )
-        )  # fmt: skip
-        q_start, v_start = q_start + q_size, v_start + v_size
+        turned, motions = motions_of(joint)
+        axes, parent = algebra.matrix(turned), mount.link
+        orientation = multiply(orientation, axes)
+        rotors = tuple(number(formula) for formula in joint.each(joint.rotor_inertia))
+        for place, motion in enumerate(motions):
+            last = place == len(motions) - 1
+            links.append(
+                _link(
+                    algebra, body.name if last else f"{body.name}, part {place + 1} of its joint", joint, motion, parent,
+                    orientation, position, number(joint.pitch), coordinates[joint.name], rotors,
+                )
+            )  # fmt: skip
+            inertias.append(inertia.moved(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra))
+            parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
+        mounts[body.name] = Mount(parent, transpose(axes), algebra.zero_vector)
     settled = [replace(link, inertia=cleaned(algebra, total)) for link, total in zip(links, inertias, strict=True)]
-    return Tree(algebra, tuple(settled), mounts, parameters)
+    return Tree(algebra, tuple(settled), mounts, parameters, factors, coordinates)
+
+
+def _link(
+    algebra: Algebra, name: str, joint: Joint, motion: Motion, parent: int, orientation: Matrix, position: Vector, pitch: Scalar,
+    coordinates: Coordinates, rotors: Sequence[Scalar],
+) -> Link:  # fmt: skip
+    """Return the link that one elementary motion of a joint carries, still without inertia."""
+    own = coordinates.of(motion)
+    axes = [algebra.vector(axis) for axis in motion.axes]
+    rotation, moved_to = pose_of(algebra, motion.kind, axes, pitch, orientation, position, own.q)
+    return Link(
+        name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,
+        neutral_position=position, position=moved_to, columns=columns_of(algebra, motion.kind, axes, pitch),
+        coordinates=own, velocities=own.v, accelerations=own.a, inertia=no_inertia(algebra),
+        rotor_inertias=tuple(rotors[k] for k in motion.components),
+    )  # fmt: skip
+
+
+def no_inertia(algebra: Algebra) -> Inertia:
+    """Return the shape integrals of what has no mass."""
+    return Inertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
 
 
 def _parameter(algebra: Algebra, parameters: dict[str, Scalar], symbol: Symbol) -> Scalar:
     return parameters[symbol.name]
-
-
-def _components(algebra: Algebra, block: str, start: int, size: int) -> tuple[Scalar, ...]:
-    return tuple(Scalar(algebra.tape, algebra.tape.input(block, start + k)) for k in range(size))
-
-
-def _aligned(algebra: Algebra, joint: Joint) -> tuple[Matrix, Vector]:
-    """Return the turn from link to body axes that makes a skew revolute axis the link's z, and the axis in link axes."""
-    if joint.type != "revolute" or any(abs(component) == 1.0 for component in joint.axis):
-        return algebra.identity, algebra.vector(joint.axis)
-    return algebra.matrix(aligning_turn(joint.axis)), algebra.vector((0.0, 0.0, 1.0))
-
-
-def aligning_turn(axis: tuple[float, float, float]) -> tuple[tuple[float, float, float], ...]:
-    """Return a constant rotation whose third column is ``axis``; exact for coordinate axes."""
-    smallest = min(range(3), key=lambda k: abs(axis[k]))
-    first = [-axis[smallest] * component for component in axis]
-    first[smallest] += 1.0
-    length = math.sqrt(sum(component * component for component in first))
-    x = [component / length for component in first]
-    y = [axis[1] * x[2] - axis[2] * x[1], axis[2] * x[0] - axis[0] * x[2], axis[0] * x[1] - axis[1] * x[0]]
-    return tuple((x[k], y[k], axis[k]) for k in range(3))
 
 
 def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:

@@ -16,6 +16,10 @@ _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "R3xSO3": _POSE,
     "revolute": (("rad",), ("rad/s",)),
     "prismatic": (("m",), ("m/s",)),
+    "helical": (("rad",), ("rad/s",)),
+    "cylindrical": (("rad", "m"), ("rad/s", "m/s")),
+    "universal": (("rad", "rad"), ("rad/s", "rad/s")),
+    "planar": (("rad", "m", "m"), ("rad/s", "m/s", "m/s")),
 }
 
 

@@ -146,6 +146,7 @@ class _Assembler:
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not self.refused["joints"] and not self.refused["bodies"]
         order = ordered(links, document.bodies, sorted(self.refused["bodies"]), complete, self.report)
+        checks.check_mimics(joints, self.refused["joints"], self.report)
         inertias = checks.body_inertias(bodies.values(), values)
         if not inertias_checked:
             checks.check_inertias(inertias, self.report)
@@ -258,18 +259,25 @@ class _Assembler:
 
     def torsion_spring(self, name: str, spring: written.TorsionSpring) -> scene.TorsionSpring:
         key = key_of("torsion_springs", name)
-        for field, joint in (("first", spring.first), ("second", spring.second)):
+        ends = (("first", spring.first, spring.first_index), ("second", spring.second, spring.second_index))
+        for field, joint, index in ends:
             if field == "second" and not joint:
                 continue
             known = checks.check_reference(f"{key}.{field}", joint, self.joint_types, "joint", self.report)
-            if known and self.joint_types[joint] not in ("revolute", ""):
-                what = f"the joint {joint} is {self.joint_types[joint]}, not revolute"
+            angles = scene.ANGLES.get(self.joint_types[joint], 0) if known else 0
+            if known and self.joint_types[joint] and not angles:
+                what = f"the joint {joint} is {self.joint_types[joint]} and has no angle"
                 self.report.add(f"{key}.{field}", what, "a revolute joint")
-        if spring.first == spring.second in self.joint_types:
+            elif angles and index >= angles:
+                what = f"the {self.joint_types[joint]} joint {joint} has no angle {index}"
+                self.report.add(f"{key}.{field}_index", what, "0" if angles == 1 else "0 or 1")
+        if spring.first == spring.second in self.joint_types and spring.first_index == spring.second_index:
             self.report.add(f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none")
         fields = ("stiffness", "damping", "rest")
         constants = [self.values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]
-        return scene.TorsionSpring(name, spring.first, spring.second, *constants)
+        stiffness, damping, rest = constants
+        indices = {"first_index": spring.first_index, "second_index": spring.second_index}
+        return scene.TorsionSpring(name, spring.first, spring.second, stiffness, damping, rest, **indices)
 
     def force(self, name: str, force: written.Force) -> scene.Force:
         key, vector = key_of("forces", name), self.values.vector

@@ -119,21 +119,28 @@ class SceneBuilder:
         child: str,
         *,
         axis: Sequence[Value] | None = None,
+        second_axis: Sequence[Value] | None = None,
+        x_axis: Sequence[Value] | None = None,
+        pitch: Value | None = None,
         position: Sequence[Value] = (0.0, 0.0, 0.0),
         rotation: Rotations | None = None,
         orientation: Sequence[Sequence[float]] | None = None,
-        stiffness: Value | None = None,
-        damping: Value | None = None,
-        rest: Value | None = None,
-        rotor_inertia: Value | None = None,
+        stiffness: Value | Sequence[Value] | None = None,
+        damping: Value | Sequence[Value] | None = None,
+        rest: Value | Sequence[Value] | None = None,
+        rotor_inertia: Value | Sequence[Value] | None = None,
         limits: Mapping[str, Value] | None = None,
         friction: Mapping[str, Value] | None = None,
+        mimic: Mapping[str, Value] | None = None,
         initial: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Add a joint of type fixed, revolute, prismatic, spherical or free; placement in the parent's frame.
+        """Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
+
+        Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles first.
 
         ``limits`` are compliant stops, with the keys lower, upper, stiffness and where wanted damping and onset; ``friction``
-        is dry friction with coulomb, velocity and where wanted static and stribeck.
+        is dry friction with coulomb, velocity and where wanted static and stribeck. ``mimic`` makes the coordinate follow
+        another, with the keys joint and where wanted multiplier and offset.
         """
         return self._enter(
             "joints",
@@ -142,6 +149,9 @@ class SceneBuilder:
             parent=parent,
             child=child,
             axis=axis,
+            second_axis=second_axis,
+            x_axis=x_axis,
+            pitch=pitch,
             position=position,
             rotation=rotation,
             orientation=orientation,
@@ -151,6 +161,7 @@ class SceneBuilder:
             rotor_inertia=rotor_inertia,
             limits=limits,
             friction=friction,
+            mimic=mimic,
             initial=initial,
         )
 
@@ -165,13 +176,15 @@ class SceneBuilder:
         length: Value | None = None,
         radius: Value | None = None,
         shape: str | None = None,
+        pitch: Value | None = None,
     ) -> Self:
         """Add a constraint that closes a loop between two frames.
 
         A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
-        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, prismatic,
-        planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape disc or sphere). ``drive``,
-        a formula of time and parameters, prescribes the angle of revolute, or the travel of prismatic and cylindrical.
+        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, helical (with
+        pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape disc or
+        sphere). ``drive``, a formula of time and parameters, prescribes the angle of revolute, or the travel of prismatic
+        and cylindrical.
         """
         return self._enter(
             "constraints",
@@ -183,6 +196,7 @@ class SceneBuilder:
             length=length,
             radius=radius,
             shape=shape,
+            pitch=pitch,
         )
 
     def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:
@@ -214,9 +228,21 @@ class SceneBuilder:
         stiffness: Value = 0.0,
         damping: Value = 0.0,
         rest: Value = 0.0,
+        first_index: int = 0,
+        second_index: int = 0,
     ) -> Self:
-        """Add a torsion spring between two revolute joints' angles, or between one and its rest angle."""
-        return self._enter("torsion_springs", name, first=first, second=second, stiffness=stiffness, damping=damping, rest=rest)
+        """Add a torsion spring between two joints' angles, or between one and its rest angle."""
+        return self._enter(
+            "torsion_springs",
+            name,
+            first=first,
+            second=second,
+            stiffness=stiffness,
+            damping=damping,
+            rest=rest,
+            first_index=first_index,
+            second_index=second_index,
+        )
 
     def bushing(
         self,

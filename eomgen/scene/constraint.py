@@ -10,13 +10,14 @@ from eomgen.scene.formula_nodes import Formula, Number
 ZERO: Formula = Number(0.0)
 
 ConstraintType = Literal[
-    "spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed", "distance", "point_on_line", "rolling"
-]
+    "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance", "point_on_line",
+    "rolling",
+]  # fmt: skip
 
 #: Number of equations of each type: (holonomic, velocity level).
 ROWS: dict[str, tuple[int, int]] = {
-    "spherical": (3, 0), "revolute": (5, 0), "universal": (4, 0), "cylindrical": (4, 0), "prismatic": (5, 0), "planar": (3, 0),
-    "fixed": (6, 0), "distance": (1, 0), "point_on_line": (2, 0), "rolling": (1, 2),
+    "spherical": (3, 0), "revolute": (5, 0), "universal": (4, 0), "cylindrical": (4, 0), "helical": (5, 0), "prismatic": (5, 0),
+    "planar": (3, 0), "fixed": (6, 0), "distance": (1, 0), "point_on_line": (2, 0), "rolling": (1, 2),
 }  # fmt: skip
 
 
@@ -42,7 +43,8 @@ class Constraint:
     Attributes
     ----------
     type : str
-        ``revolute``, ``cylindrical`` and ``prismatic`` share the z axis; ``planar`` keeps the second frame's origin in
+        ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of ``helical``
+        travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
         the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
         ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length`` apart;
         ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on the first's xy plane
@@ -58,4 +60,5 @@ class Constraint:
     drive: Formula | None = None
     length: Formula = ZERO
     radius: Formula = ZERO
+    pitch: Formula = ZERO
     shape: Literal["disc", "sphere"] = "disc"

@@ -16,19 +16,23 @@ from eomgen.scene.frames import Need, check_two_bodies, read_frame
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
 from eomgen.scene.scene import Joint, Point
+from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
 
 #: What the equations of each type use of the first and the second frame, besides the origin.
 AXES: Mapping[str, tuple[Need, Need]] = {
     "spherical": ("nothing", "nothing"), "distance": ("nothing", "nothing"), "revolute": ("z", "z"), "cylindrical": ("z", "z"),
     "planar": ("z", "z"), "point_on_line": ("z", "nothing"), "rolling": ("z", "z"), "universal": ("x and z", "x and z"),
-    "prismatic": ("x and z", "x and z"), "fixed": ("any", "any"),
+    "prismatic": ("x and z", "x and z"), "helical": ("x and z", "x and z"), "fixed": ("any", "any"),
 }  # fmt: skip
 
-#: The types that each further key belongs to; ``length`` and ``radius`` are needed there.
+#: The types that each further key belongs to; ``length``, ``radius`` and ``pitch`` are needed there.
 KEYS: Mapping[str, tuple[str, ...]] = {
     "drive": ("revolute", "prismatic", "cylindrical"), "length": ("distance",), "radius": ("rolling",), "shape": ("rolling",),
+    "pitch": ("helical",),
 }  # fmt: skip
+
+_EXAMPLES = {"length": "1.0", "radius": "1.0", "pitch": "0.01"}
 
 
 def read_constraint(
@@ -40,8 +44,8 @@ def read_constraint(
         given = getattr(entry, field) is not None
         if given and entry.type not in types:
             values.report.add(f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}")
-        elif not given and entry.type in types and field in ("length", "radius"):
-            values.report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = 1.0")
+        elif not given and entry.type in types and field in _EXAMPLES:
+            values.report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
     first, second = (
         read_frame(f"{key}.{side}", f"{_kind(entry)} constraint", frame, need, bodies, points, values)
         for side, frame, need in zip(("first", "second"), (entry.first, entry.second), _needs(entry), strict=True)
@@ -55,6 +59,7 @@ def read_constraint(
         length=_positive(f"{key}.length", entry.length, values),
         radius=_positive(f"{key}.radius", entry.radius, values),
         shape=entry.shape or "disc",
+        pitch=Number(0.0) if entry.pitch is None else read_pitch(f"{key}.pitch", entry.pitch, values),
     )
 
 

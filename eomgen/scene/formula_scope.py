@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eomgen.scene.curve import AnyCurve
+from eomgen.scene.scene import SIZES
 
 WORDS = frozenset({"if", "else", "and", "or", "not"})
 FUNCTIONS: Mapping[str, int] = {
@@ -17,8 +18,8 @@ RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
-CONFIGURATION_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}
-VELOCITY_SIZE: Mapping[str, int] = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 3, "free": 6}
+CONFIGURATION_SIZE: Mapping[str, int] = {kind: size for kind, (size, _) in SIZES.items()}
+VELOCITY_SIZE: Mapping[str, int] = {kind: size for kind, (_, size) in SIZES.items()}
 
 
 @dataclass(frozen=True)

@@ -74,31 +74,55 @@ def impossible(mass: float, about_center: Array) -> str:
     return ""
 
 
-def immovable(joint_type: str, axis: Array, carried: Inertia, rotor_inertia: float) -> str:
+def immovable(joint_type: str, axes: Array, carried: Inertia, rotor_inertias: Sequence[float], pitch: float = 0.0) -> str:
     """Return why a joint moves no inertia, so that M is singular; empty where it does.
 
     Parameters
     ----------
     joint_type : str
         A moving joint that carries one rigid assembly and no further moving joint.
-    axis : (3,) array
-        Unit axis in the joint's frame.
+    axes : (3, 3) array
+        Axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the third of
+        the frame, in the joint's frame, row by row.
     carried : Inertia
         Of the assembly, in the joint's frame.
-    rotor_inertia : float
+    rotor_inertias : sequence of float
+        One for each velocity component.
+    pitch : float
+        Of a helical joint, m/rad.
     """
+    rotor_inertia = max(rotor_inertias, default=0.0)
     if carried.mass == 0.0 and not carried.about_center.any() and rotor_inertia == 0.0:
         return "it carries neither mass nor inertia"
-    about_origin = carried.about_origin()
+    axis, about_origin = axes[0], carried.about_origin()
     scale = float(np.max(np.abs(about_origin)))
-    if joint_type == "revolute" and axis @ about_origin @ axis + rotor_inertia <= 1e-12 * scale:
+    along_axis = carried.mass * pitch * pitch if joint_type == "helical" else 0.0
+    turns = ("revolute", "helical", "cylindrical")
+    if joint_type in turns and axis @ about_origin @ axis + along_axis + rotor_inertias[0] <= 1e-12 * scale:
         return "what it carries has no inertia about its axis"
-    if joint_type == "prismatic" and carried.mass + rotor_inertia == 0.0:
+    if joint_type in ("prismatic", "cylindrical") and carried.mass + rotor_inertias[-1] == 0.0:
         return "what it carries has no mass"
+    if joint_type in ("universal", "planar"):
+        return _immovable_by_two(joint_type, axes, carried, rotor_inertias)
     if joint_type == "spherical" and np.linalg.eigvalsh(about_origin)[0] <= 1e-12 * scale:
         return "what it carries has no inertia about some axis through its centre"
     if joint_type == "free":
         moments = np.linalg.eigvalsh(carried.about_center)
         if carried.mass == 0.0 or moments[0] <= 1e-12 * moments[2]:
             return "what it carries lacks mass, or inertia about some axis through its centre of mass"
+    return ""
+
+
+def _immovable_by_two(joint_type: str, axes: Array, carried: Inertia, rotor_inertias: Sequence[float]) -> str:
+    """The same for joints of two elementary motions, whose M at neutral position is small enough to be looked at."""
+    if joint_type == "universal":
+        M = axes[:2] @ carried.about_origin() @ axes[:2].T
+    else:
+        coupling = carried.mass * np.cross(axes[0], carried.center) @ axes[1:].T
+        turning = np.atleast_2d(axes[0] @ carried.about_origin() @ axes[0])
+        M = np.block([[turning, coupling[np.newaxis]], [coupling[:, np.newaxis], carried.mass * np.eye(2)]])
+    moments = np.linalg.eigvalsh(M + np.diag(rotor_inertias))
+    if moments[0] <= 1e-12 * moments[-1]:
+        needed = "two axes through its centre" if joint_type == "universal" else "its normal, or mass"
+        return f"what it carries lacks inertia about {needed}"
     return ""

@@ -15,7 +15,7 @@ from eomgen.scene.scene import Joint
 from eomgen.scene.values import Values
 
 #: Unit of the coordinate of the types that can have stops and friction.
-UNITS: Mapping[str, str] = {"revolute": "rad", "prismatic": "m"}
+UNITS: Mapping[str, str] = {"revolute": "rad", "prismatic": "m", "helical": "rad"}
 
 #: Penetration over which a stop that says nothing about it reaches its full stiffness, by unit of the coordinate.
 ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}

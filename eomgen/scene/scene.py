@@ -18,6 +18,7 @@ from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
 ZERO: Formula = Number(0.0)
+ONE: Formula = Number(1.0)
 ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)
 BASE = "base"
 WORLD = "world"
@@ -47,7 +48,18 @@ TERMS = (
     "outputs",
     "energy",
 )
-JointType = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
+JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
+#: A formula of parameters where a joint has one coordinate, one formula for each where it has several.
+Coefficients = Formula | tuple[Formula, ...]
+
+#: Numbers of coordinates and of velocity components of each joint type.
+SIZES: Mapping[str, tuple[int, int]] = {
+    "fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "helical": (1, 1), "cylindrical": (2, 2), "universal": (2, 2),
+    "planar": (3, 3), "spherical": (4, 3), "free": (7, 6),
+}  # fmt: skip
+
+#: Numbers of coordinates that are angles, which come first.
+ANGLES: Mapping[str, int] = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "planar": 1}
 
 
 @dataclass(frozen=True)
@@ -121,18 +133,34 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Mimic:
+    """A coordinate that follows another: q = multiplier q_leader + offset, formulas of parameters.
+
+    The leader has one coordinate; it may follow another in its turn, but not in a circle.
+    """
+
+    joint: str
+    multiplier: Formula = ONE
+    offset: Formula = ZERO
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint, with the child's frame at ``position`` and ``orientation`` in the parent's frame when q is neutral.
 
     Attributes
     ----------
-    axis : (3,) unit vector in the child's (= joint's) frame; revolute and prismatic only.
+    axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints; the first
+        axis of universal ones, the normal of planar ones.
+    second_axis : (3,) unit vector across ``axis``: the second axis of universal joints, the x axis of planar ones.
+    pitch : formula of parameters, m/rad: travel of helical joints per angle.
     orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
-    stiffness, damping : formulas of parameters; effort -stiffness (q - rest) - damping v. On R^1 joints only.
-    rotor_inertia : formula of parameters, added to the joint's diagonal of M.
+    stiffness, damping : coefficients; effort -stiffness (q - rest) - damping v. On joints of real coordinates only.
+    rotor_inertia : coefficients, added to the joint's diagonal of M.
     stops, friction : at most one each per coordinate. On joints of real coordinates only.
-    initial_position : neutral-relative q: 1 number; spherical: quaternion (4); free: quaternion and position (7); fixed: ().
-    initial_velocity : 1, 3, 6 or 0 numbers; angular first, body axes.
+    initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
+    initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
+    mimic : what the joint's coordinate follows, None where it is a coordinate of its own.
     """
 
     name: str
@@ -142,14 +170,21 @@ class Joint:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     position: Vector = ZERO_VECTOR
     orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    stiffness: Formula = ZERO
-    damping: Formula = ZERO
-    rest: Formula = ZERO
-    rotor_inertia: Formula = ZERO
+    stiffness: Coefficients = ZERO
+    damping: Coefficients = ZERO
+    rest: Coefficients = ZERO
+    rotor_inertia: Coefficients = ZERO
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
     stops: tuple[Stop, ...] = ()
     friction: tuple[Friction, ...] = ()
+    second_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    pitch: Formula = ZERO
+    mimic: Mimic | None = None
+
+    def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
+        """Return coefficients as one formula for each coordinate."""
+        return coefficients if isinstance(coefficients, tuple) else (coefficients,) * SIZES[self.type][1]
 
 
 @dataclass(frozen=True)
@@ -180,7 +215,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class TorsionSpring:
-    """Torsional spring-damper between two revolute coordinates (or one and its rest angle, ``second`` empty).
+    """Torsional spring-damper between two angles, coordinates of joints (or one and its rest angle, ``second`` empty).
 
     Effort on ``first``: -(stiffness (q1 - q2 - rest) + damping (v1 - v2)), opposite on ``second``.
     """
@@ -191,6 +226,8 @@ class TorsionSpring:
     stiffness: Formula
     damping: Formula
     rest: Formula
+    first_index: int = 0
+    second_index: int = 0
 
 
 @dataclass(frozen=True)

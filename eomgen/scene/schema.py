@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
-from eomgen.scene.scene import TERMS
+from eomgen.scene.scene import TERMS, JointType
 from eomgen.scene.schema_forces import Bushing, Friction, Limits
 from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
 from eomgen.scene.schema_places import Frame, Rotations
@@ -48,6 +48,18 @@ SECTIONS = (
     "efforts",
     "outputs",
 )
+
+
+def _by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
+    """Return the unit of what belongs to each coordinate, by type of joint."""
+    return {
+        "revolute": angular,
+        "prismatic": linear,
+        "helical": angular,
+        "cylindrical": (angular, linear),
+        "universal": (angular, angular),
+        "planar": (angular, linear, linear),
+    }
 
 
 class Parameter(Table):
@@ -100,14 +112,14 @@ class Body(Table):
     )
 
 
-_COORDINATE = {"revolute": "rad", "prismatic": "m", "free": "m"}
+_COORDINATE = {**_by_coordinate("rad", "m"), "free": "m"}
 
 
 class Initial(Table):
     """The state of a joint at the start."""
 
     position: Values | None = key(
-        "revolute, prismatic: angle or travel; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
+        "the coordinates, angles first; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
         None,
         unit=_COORDINATE,
         names=FIXED_PARAMETERS,
@@ -122,11 +134,10 @@ class Initial(Table):
     )
     rotation: Rotations | None = key("spherical, free: in place of a quaternion", None)
     velocity: Values | None = key(
-        "1, 3 or 6 values; angular first, body axes",
+        "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
         None,
         unit={
-            "revolute": "rad/s",
-            "prismatic": "m/s",
+            **_by_coordinate("rad/s", "m/s"),
             "spherical": "rad/s",
             "free": ("rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"),
         },
@@ -135,48 +146,79 @@ class Initial(Table):
     )
 
 
+class Mimic(Table):
+    """A coordinate that follows another: multiplier q_leader + offset."""
+
+    joint: str = key("the leader, with one coordinate; it may follow another in its turn", refers="joints")
+    multiplier: Value = key("coordinate per coordinate of the leader", 1.0, names=PARAMETERS)
+    offset: Value = key("coordinate where the leader's is zero", 0.0, unit=_by_coordinate("rad", "m"), names=PARAMETERS)
+
+
 class Joint(Table):
     """What carries a body, and lets it move against its parent."""
 
-    type: Literal["fixed", "revolute", "prismatic", "spherical", "free"] = key("how the child moves against the parent")
+    type: JointType = key("how the child moves against the parent")
     parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = key("axes of the child in the parent, angles of fixed parameters", None, shown_default="`[]`")
     orientation: Matrix | None = key("the same as a matrix, child axes to parent axes; either this or `rotation`", None)
     axis: Triple | None = key(
-        "in the child's axes; any length", None, names=FIXED_PARAMETERS, shown_default="required for revolute and prismatic"
+        "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="required, but for fixed, spherical and free",
     )
-    stiffness: Value | None = key(
+    second_axis: Triple | None = key(
+        "of a universal joint: the second axis, across the first, in the child's axes",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="required for universal",
+    )
+    x_axis: Triple | None = key(
+        "of a planar joint: x is along the part of it in the plane, y to the left of x",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="coordinate axis farthest from `axis`",
+    )
+    pitch: Value | None = key(
+        "of a helical joint: travel per radian; negative is left-handed",
+        None,
+        unit="m/rad",
+        names=PARAMETERS,
+        shown_default="required for helical",
+    )
+    stiffness: Values | None = key(
         "of a spring in the joint",
         None,
-        unit={"revolute": "N m/rad", "prismatic": "N/m"},
+        unit=_by_coordinate("N m/rad", "N/m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
-    damping: Value | None = key(
+    damping: Values | None = key(
         "of a damper in the joint",
         None,
-        unit={"revolute": "N m s/rad", "prismatic": "N s/m"},
+        unit=_by_coordinate("N m s/rad", "N s/m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
-    rest: Value | None = key(
+    rest: Values | None = key(
         "coordinate at which the spring is slack",
         None,
-        unit={"revolute": "rad", "prismatic": "m"},
+        unit=_by_coordinate("rad", "m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
-    rotor_inertia: Value | None = key(
+    rotor_inertia: Values | None = key(
         "added to this joint's diagonal of M (a motor behind a gear)",
         None,
-        unit={"revolute": "kg m^2", "prismatic": "kg"},
+        unit=_by_coordinate("kg m^2", "kg"),
         names=PARAMETERS,
         shown_default="`0`",
     )
     limits: Limits | None = key("compliant stops", None, kind="table, below")
     friction: Friction | None = key("dry friction", None, kind="table, below")
+    mimic: Mimic | None = key("what the coordinate follows, in place of being free", None, kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
 
@@ -197,6 +239,9 @@ class Constraint(Table):
         "of the disc or sphere", None, unit="m", names=PARAMETERS, shown_default="required for `rolling`"
     )
     shape: Literal["disc", "sphere"] | None = key("for `rolling`", None, shown_default="`disc`")
+    pitch: Value | None = key(
+        "travel per radian", None, unit="m/rad", names=PARAMETERS, shown_default="required for `helical`"
+    )
 
 
 class Point(Table):
@@ -218,13 +263,15 @@ class Spring(Table):
 
 
 class TorsionSpring(Table):
-    """A spring and damper between the angles of two revolute joints."""
+    """A spring and damper between the angles of two joints."""
 
-    first: str = key("one angle", refers="joints", kind="revolute joint")
-    second: str = key("the other angle", "", refers="joints", kind="revolute joint", shown_default='`""`, none')
+    first: str = key("one angle", refers="joints", kind="joint that has an angle")
+    second: str = key("the other angle", "", refers="joints", kind="joint that has an angle", shown_default='`""`, none')
     stiffness: Value = key("effort by angle", 0.0, unit="N m/rad", names=PARAMETERS)
     damping: Value = key("effort by rate", 0.0, unit="N m s/rad", names=PARAMETERS)
     rest: Value = key("difference of the angles at which the spring is slack", 0.0, unit="rad", names=PARAMETERS)
+    first_index: int = key("of the angle where a joint has two, as a universal one", 0, ge=0, le=1)
+    second_index: int = key("the same of the second", 0, ge=0, le=1)
 
 
 class Force(Table):
@@ -252,7 +299,7 @@ class Effort(Table):
         names=STATE,
     )
     index: Annotated[int, Field(ge=0, le=5)] = key(
-        "component of the joint's velocity; spherical joints have 3, free joints 6", 0
+        "component of the joint's velocity, angular ones first", 0
     )
 
 

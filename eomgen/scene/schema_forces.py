@@ -7,11 +7,11 @@ from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_places import Frame, Rotations
 from eomgen.scene.schema_values import SixBySix, Triple, Value
 
-_COORDINATE = {"revolute": "rad", "prismatic": "m"}
-_RATE = {"revolute": "rad/s", "prismatic": "m/s"}
-_EFFORT = {"revolute": "N m", "prismatic": "N"}
-_STIFFNESS = {"revolute": "N m/rad", "prismatic": "N/m"}
-_DAMPING = {"revolute": "N m s/rad", "prismatic": "N s/m"}
+_COORDINATE = {"revolute": "rad", "prismatic": "m", "helical": "rad"}
+_RATE = {"revolute": "rad/s", "prismatic": "m/s", "helical": "rad/s"}
+_EFFORT = {"revolute": "N m", "prismatic": "N", "helical": "N m"}
+_STIFFNESS = {"revolute": "N m/rad", "prismatic": "N/m", "helical": "N m/rad"}
+_DAMPING = {"revolute": "N m s/rad", "prismatic": "N s/m", "helical": "N m s/rad"}
 
 
 class Limits(Table):

@@ -11,12 +11,12 @@ from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.formula_nodes import Symbol
 from eomgen.scene.reader import load_toml
-from eomgen.scene.scene import BASE, Effort, Joint, Output, Point, Scene, TorsionSpring
+from eomgen.scene.scene import BASE, SIZES, Effort, Joint, Output, Point, Scene, TorsionSpring
 from eomgen.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector
-from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
+from tests.oracles.random_scenes import NUMBERS, point_outputs, random_scene, with_base, with_loads
 from tests.oracles.states import on_base, random_states
 
 STATES = 4
@@ -28,12 +28,11 @@ GROUPS = ["SE3", "R3xSO3", "mixed"]
 def loaded(seed: int, links: int = 4) -> Scene:
     """Return a tree with everything that can act on it, points in several bodies observed, and fixed joints in between."""
     scene = weighty(with_loads(random_scene(seed, links, tunable=0.3 * (seed % 2)), seed), seed)
-    kinds = {joint.name: joint.type for joint in scene.joints}
-    single = [name for name, kind in kinds.items() if kind in ("revolute", "prismatic")]
-    efforts = tuple(Effort(f"motor_{name}", name, Symbol("input", "pull")) for name in single)
+    single = [(joint.name, k) for joint in scene.joints if joint.type in NUMBERS for k in range(SIZES[joint.type][1])]
+    efforts = tuple(Effort(f"motor_{name}_{k}", name, Symbol("input", "pull"), k) for name, k in single)
     points = tuple(Point(f"in_{body.name}", body.name, vector((0.2, -0.1, 0.3))) for body in scene.bodies)
     scene = point_outputs(replace(scene, efforts=efforts, points=(*scene.points, *points)))
-    measured = tuple(Output(f"{kind}_{name}", (Symbol(kind, name),)) for name in single for kind in ("q", "v"))
+    measured = tuple(Output(f"{kind}_{name}_{k}", (Symbol(kind, name, k),)) for name, k in single for kind in ("q", "v"))
     return replace(scene, outputs=(*scene.outputs, *measured))
 
 

@@ -83,6 +83,8 @@ def test_random_trees_against_pinocchio(seed: int) -> None:
     assert relative_error(evaluate("coupling", state)["h"], oracle.coupling(state), floor=1e-3) <= 1e-12
     assert relative_error(evaluate("force", state)["Q"], oracle.weight(state), floor=1e-2) <= 1e-12
     assert relative_error(evaluate("inverse_dynamics", state)["tau"], oracle.inverse_dynamics(state)) <= 1e-12
+    if {"cylindrical", "universal", "planar"} & {joint.type for joint in scene.joints}:
+        return  # Pinocchio's partials leave out that motion subspaces change; test_partials has an oracle for all joints
     by_q, by_v = oracle.partials(state)
     found = evaluate("partials", state)
     assert relative_error(found["K"], by_q, 2, floor=1e-2) <= 1e-12

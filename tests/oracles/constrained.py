@@ -20,8 +20,8 @@ from tests.oracles.states import STEP, displaced, random_unit_quaternions, rotat
 
 #: How many freedoms each type leaves, positions only.
 FREEDOMS = {
-    "spherical": 3, "revolute": 1, "universal": 2, "cylindrical": 2, "prismatic": 1, "planar": 3, "fixed": 0, "distance": 5,
-    "point_on_line": 4, "rolling": 5,
+    "spherical": 3, "revolute": 1, "universal": 2, "cylindrical": 2, "helical": 1, "prismatic": 1, "planar": 3, "fixed": 0,
+    "distance": 5, "point_on_line": 4, "rolling": 5,
 }  # fmt: skip
 DRIVEN = ("revolute", "prismatic", "cylindrical")
 
@@ -43,7 +43,7 @@ def constraint(
     """Return a constraint between skew frames of two bodies, or of a body and the base."""
     return Constraint(
         name, kind, frame(rng, first), frame(rng, second), drive=drive_of_time() if driven else None,  # type: ignore[arg-type]
-        length=number(1.3), radius=number(0.45), shape=shape,  # type: ignore[arg-type]  # literals
+        length=number(1.3), radius=number(0.45), shape=shape, pitch=number(-0.3),  # type: ignore[arg-type]  # literals
     )  # fmt: skip
 
 
@@ -166,6 +166,8 @@ def freely_displaced(kind: str, s: Sequence[float | complex], t: float, driven: 
             return turn_about(0, s[0]) @ turn_about(1, s[1]), 0.0 * z
         case "cylindrical":
             return turn_about(2, s[0]), (prescribed if driven else s[1]) * z
+        case "helical":  # several turns: the travel counts them
+            return turn_about(2, 6.0 * s[0]), -0.3 * 6.0 * s[0] * z
         case "prismatic":
             return np.eye(3), (prescribed if driven else s[0]) * z
         case "planar":

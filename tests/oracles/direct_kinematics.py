@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.scene import BASE, Joint, Scene
+from eomgen.scene.scene import BASE, SIZES, Joint, Scene
 from eomgen.system import Factor
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
@@ -22,18 +22,31 @@ def parameter_values(scene: Scene) -> dict[str, float]:
     return {item.name: item.value for item in scene.parameters}
 
 
-def _joint_pose(joint: Joint, q: Array) -> Pose:
+def _turn(axis: Array, q: Array) -> Array:
+    """Return the rotation by one angle (..., 1) about a unit axis (Rodrigues)."""
+    cross, angle = np.cross(np.eye(3), axis), q[..., np.newaxis]
+    turn: Array = np.eye(3) * np.cos(angle) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * np.outer(axis, axis)
+    return turn
+
+
+def _joint_pose(joint: Joint, q: Array, parameters: Mapping[str, float]) -> Pose:
     shape = q.shape[:-1]
     axis = np.array(joint.axis)
     still = np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3), q.dtype)
     match joint.type:
         case "revolute":
-            cross = np.cross(np.eye(3), axis)
-            angle = q[..., 0, np.newaxis, np.newaxis]
-            turn = np.eye(3) * np.cos(angle) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * np.outer(axis, axis)
-            return turn, still[1]
+            return _turn(axis, q[..., :1]), still[1]
         case "prismatic":
             return still[0], q * axis
+        case "helical":
+            return _turn(axis, q), q * value_of(joint.pitch, parameters) * axis
+        case "cylindrical":
+            return _turn(axis, q[..., :1]), q[..., 1:] * axis
+        case "universal":
+            return _turn(axis, q[..., :1]) @ _turn(np.array(joint.second_axis), q[..., 1:]), still[1]
+        case "planar":
+            x = np.array(joint.second_axis)
+            return _turn(axis, q[..., :1]), q[..., 1:2] * x + q[..., 2:] * np.cross(axis, x)
         case "spherical":
             return rotation_of(q), still[1]
         case "free":
@@ -49,8 +62,8 @@ def poses(scene: Scene, q: Array, base: Pose | None = None) -> dict[str, Pose]:
     found = {BASE: base if base is not None else (np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))}
     start = 0
     for joint in scene.joints:
-        size = {"fixed": 0, "revolute": 1, "prismatic": 1, "spherical": 4, "free": 7}[joint.type]
-        turn, shift = _joint_pose(joint, q[..., start : start + size])
+        size = SIZES[joint.type][0]
+        turn, shift = _joint_pose(joint, q[..., start : start + size], parameters)
         start += size
         R, p = found[joint.parent]
         here = np.array([value_of(item, parameters) for item in joint.position])
@@ -91,8 +104,8 @@ def mass_matrix(scene: Scene, factors: Sequence[Factor], q: Array) -> Array:
     for mass, inertia, angular, linear in _jacobians(scene, factors, q):
         M = M + mass * linear @ np.swapaxes(linear, -1, -2) + angular @ inertia @ np.swapaxes(angular, -1, -2)
     parameters = parameter_values(scene)
-    rotors = {joint.name: value_of(joint.rotor_inertia, parameters) for joint in scene.joints}
-    return M + np.diag([rotors[factor.name] for factor in factors for _ in range(factor.v_size)])
+    rotors = {joint.name: [value_of(item, parameters) for item in joint.each(joint.rotor_inertia)] for joint in scene.joints}
+    return M + np.diag([rotor for factor in factors for rotor in rotors[factor.name]])
 
 
 def weight(scene: Scene, factors: Sequence[Factor], q: Array, gravity: Sequence[float]) -> Array:

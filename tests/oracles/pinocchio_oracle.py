@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from eomgen.scene.scene import Body, Joint, Scene
+from eomgen.scene.scene import SIZES, Body, Joint, Scene
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 
-SIZES = {"fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "spherical": (4, 3), "free": (7, 6)}
+#: Where Pinocchio has each component of v that eomgen has, where the orders differ.
+_INNER = {"free": (3, 4, 5, 0, 1, 2), "planar": (2, 0, 1)}
 
 
 def robot_file(path: str) -> Path:
@@ -61,8 +62,7 @@ class PinocchioOracle:
         order = np.empty(self.model.nv, dtype=int)
         for number, kind, _, v_start in self.joints:
             start = self.model.joints[number].idx_v
-            inner = [3, 4, 5, 0, 1, 2] if kind == "free" else range(SIZES[kind][1])
-            for k, position in enumerate(inner):
+            for k, position in enumerate(_INNER.get(kind, range(SIZES[kind][1]))):
                 order[v_start + k] = start + position
         self.order = order
 
@@ -75,10 +75,11 @@ class PinocchioOracle:
                 found[first : first + 7] = [*q[start + 4 : start + 7], *q[start + 1 : start + 4], q[start]]
             elif kind == "spherical":
                 found[first : first + 4] = [*q[start + 1 : start + 4], q[start]]
-            elif self.model.joints[number].nq == 2:
+            elif kind == "revolute" and self.model.joints[number].nq == 2:
                 found[first : first + 2] = np.cos(q[start]), np.sin(q[start])
             else:
-                found[first] = q[start]
+                for k, position in enumerate(_INNER.get(kind, range(SIZES[kind][0]))):
+                    found[first + position] = q[start + k]
         return found
 
     def v(self, v: Array) -> Array:
@@ -153,9 +154,30 @@ def oracle_from_urdf(path: Path, scene: Scene, root: str = "fixed", lock: Sequen
     return PinocchioOracle(model, joints, float(deviation))
 
 
+def _turn(axis: Sequence[float]) -> Any:
+    return pin.JointModelRevoluteUnaligned(np.array(axis))
+
+
+def _travel(axis: Sequence[float]) -> Any:
+    return pin.JointModelPrismaticUnaligned(np.array(axis))
+
+
+def _composite(*models: Any) -> Any:
+    joint = pin.JointModelComposite(models[0])
+    for model in models[1:]:
+        joint.addJoint(model)
+    return joint
+
+
 _MODELS = {
-    "revolute": lambda joint: pin.JointModelRevoluteUnaligned(np.array(joint.axis)),
-    "prismatic": lambda joint: pin.JointModelPrismaticUnaligned(np.array(joint.axis)),
+    "revolute": lambda joint: _turn(joint.axis),
+    "prismatic": lambda joint: _travel(joint.axis),
+    "helical": lambda joint: pin.JointModelHelicalUnaligned(np.array(joint.axis), value_of(joint.pitch, {})),
+    "cylindrical": lambda joint: _composite(_turn(joint.axis), _travel(joint.axis)),
+    "universal": lambda joint: pin.JointModelUniversal(np.array(joint.axis), np.array(joint.second_axis)),
+    "planar": lambda joint: _composite(
+        _travel(joint.second_axis), _travel(np.cross(joint.axis, joint.second_axis)), _turn(joint.axis)
+    ),
     "spherical": lambda joint: pin.JointModelSpherical(),
     "free": lambda joint: pin.JointModelFreeFlyer(),
 }
@@ -192,10 +214,10 @@ def oracle_of_tree(scene: Scene, carrier: Any = None) -> PinocchioOracle:
         model.appendBodyToJoint(number, body_inertia(body), pin.SE3.Identity())
         at[body.name] = (number, pin.SE3.Identity())
         joints.append((number, joint.type, *starts[joint.name]))
-        if SIZES[joint.type] == (1, 1):
-            armature = model.armature
-            armature[model.joints[number].idx_v] = value_of(joint.rotor_inertia, {})
-            model.armature = armature
+        armature = model.armature
+        for k, formula in enumerate(joint.each(joint.rotor_inertia)):
+            armature[model.joints[number].idx_v + _INNER.get(joint.type, range(6))[k]] = value_of(formula, {})
+        model.armature = armature
     model.gravity.linear = np.array([value_of(item, {}) for item in scene.gravity])
     return PinocchioOracle(model, joints, 0.0)
 

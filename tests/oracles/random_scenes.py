@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,16 @@ import numpy as np
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
 from eomgen.scene.scene import (
     BASE,
+    SIZES,
     Base,
     Body,
+    Coefficients,
     Effort,
     Force,
     Input,
     Joint,
     JointType,
+    Mimic,
     Output,
     Parameter,
     Point,
@@ -29,7 +33,11 @@ from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_bo
 from tests.oracles.robots import body_of_masses
 from tests.oracles.states import random_unit_quaternions, rotation_of
 
-SIZES = {"fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "spherical": (4, 3), "free": (7, 6)}
+NUMBERS = ("revolute", "prismatic", "helical", "cylindrical", "universal", "planar")
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 def _rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
@@ -84,14 +92,17 @@ class _Maker:
     def joint(self, name: str, kind: JointType, parent: str, child: str, tunable: float) -> Joint:
         orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
         position = vector([self.maybe_tunable(value, 0.5 * tunable) for value in self.rng.uniform(-0.6, 0.6, 3)])
-        geared = kind in ("revolute", "prismatic") and self.rng.uniform() < 0.4
-        rotor = number(self.rng.uniform(0.0, 0.05) if geared else 0.0)
-        neutral = {"fixed": (), "revolute": (0.0,), "prismatic": (0.0,), "spherical": (1.0, 0.0, 0.0, 0.0)}.get(
-            kind, (1.0, *([0.0] * 6))
-        )
+        geared, size = kind in NUMBERS and self.rng.uniform() < 0.4, SIZES[kind][1]
+        rotors = tuple(number(self.rng.uniform(0.0, 0.05) if geared else 0.0) for _ in range(size if kind in NUMBERS else 1))
+        neutral = {"spherical": (1.0, 0.0, 0.0, 0.0), "free": (1.0, *([0.0] * 6))}.get(kind, (0.0,) * size)
+        axis = np.array(self.axis())
+        across = np.cross(axis, self.rng.normal(size=3) if np.max(np.abs(axis)) < 1.0 else np.roll(axis, 1))
+        across = across / np.linalg.norm(across)
+        pitch = self.maybe_tunable(float(self.rng.uniform(-0.3, 0.3)), 0.5 * tunable) if kind == "helical" else number(0.0)
         return Joint(
-            name, kind, parent, child, axis=self.axis(), position=position, orientation=_rows(orientation), rotor_inertia=rotor,
-            initial_position=neutral, initial_velocity=(0.0,) * SIZES[kind][1],
+            name, kind, parent, child, axis=_triple(axis), position=position, orientation=_rows(orientation),
+            rotor_inertia=rotors if len(rotors) > 1 else rotors[0] if rotors else number(0.0), pitch=pitch,
+            second_axis=_triple(across), initial_position=neutral, initial_velocity=(0.0,) * size,
         )  # fmt: skip
 
     def tree(self, tunable: float) -> None:
@@ -102,7 +113,7 @@ class _Maker:
             k = len(self.bodies)
             kinds: list[JointType] = ["revolute", "revolute", "prismatic"]
             if not after_massless:
-                kinds += ["spherical", "free", "fixed"]
+                kinds += ["helical", "cylindrical", "universal", "planar", "spherical", "free", "fixed"]
             kind = kinds[self.rng.integers(len(kinds))]
             parent = self.bodies[-1].name if after_massless else str(parents[self.rng.integers(len(parents))])
             massless = not after_massless and kind in ("revolute", "prismatic") and self.rng.uniform() < 0.25
@@ -162,10 +173,14 @@ def with_loads(scene: Scene, seed: int) -> Scene:
     anchored = Spring("anchored", "ground", "tip", number(30.0), number(1.5), number(1.0), times(2.0, Symbol("input", "pull")))
     between = Spring("between", "tip", "point0", number(12.0), number(0.4), number(0.3), call("sin", Symbol("rate", "anchored")))
     loose = points[0].body == tip.body  # such a spring has no work to do, which is fine
-    real = [joint for joint in scene.joints if joint.type in ("revolute", "prismatic")]
+
+    def each(joint: Joint, low: float, high: float) -> Coefficients:
+        values = tuple(number(rng.uniform(low, high)) for _ in range(SIZES[joint.type][1]))
+        return values if len(values) > 1 else values[0]
+
     joints = tuple(
-        replace(joint, stiffness=number(rng.uniform(1, 9)), damping=number(rng.uniform(0.1, 2)), rest=number(rng.uniform(-1, 1)))
-        if joint in real and rng.uniform() < 0.6
+        replace(joint, stiffness=each(joint, 1, 9), damping=each(joint, 0.1, 2), rest=each(joint, -1, 1))
+        if joint.type in NUMBERS and rng.uniform() < 0.6
         else joint
         for joint in scene.joints
     )
@@ -191,6 +206,23 @@ def with_loads(scene: Scene, seed: int) -> Scene:
         scene, joints=joints, points=(*points, tip, ground), springs=(anchored,) if loose else (anchored, between),
         torsion_springs=torsion, forces=forces, efforts=(effort,), inputs=(Input("pull"),),
     )  # fmt: skip
+
+
+def with_mimics(scene: Scene, seed: int) -> Scene:
+    """Return the scene with every joint of one coordinate but the last one following that one, or one that follows it."""
+    rng = np.random.default_rng(seed)
+    single = [joint.name for joint in scene.joints if SIZES[joint.type] == (1, 1)]
+    followed = dict(itertools.pairwise(single))
+    joints = tuple(
+        replace(
+            joint, mimic=Mimic(followed[joint.name], number(rng.uniform(-2.0, 2.0)), number(rng.uniform(-1.0, 1.0))),
+            initial_position=(), initial_velocity=(),
+        )
+        if joint.name in followed
+        else joint
+        for joint in scene.joints
+    )  # fmt: skip
+    return replace(scene, joints=joints)
 
 
 def point_outputs(scene: Scene) -> Scene:

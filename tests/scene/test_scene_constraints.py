@@ -268,7 +268,7 @@ def test_json_schema() -> None:
     schema = json.loads(json_schema())
     definitions = schema["$defs"]
     assert definitions["Constraint"]["required"] == ["type", "first", "second"]
-    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 10
+    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 11
     name, table = definitions["Frame"]["anyOf"]
     assert name["type"] == "string"
     assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis"]

@@ -15,7 +15,7 @@ from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.scene.formula_nodes import Number, Operation, Symbol
 from eomgen.scene.lines import line_index
 from eomgen.scene.reader import load, load_toml
-from eomgen.scene.scene import Scene
+from eomgen.scene.scene import SIZES, Scene
 from eomgen.scene.schema import json_schema
 
 PENDULUM = """\
@@ -320,7 +320,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             '[0.1, "sin(length", 0.01]',
             "scene.toml:9 (bodies.link.inertia[1]): the formula is not well formed",
         ),
-        ('"revolute"', '"hinge"', "'hinge' is not known here; try: one of fixed, revolute, prismatic, spherical or free"),
+        ('"revolute"', '"hinge"', "'hinge' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
         ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]"),
@@ -614,7 +614,7 @@ def test_json_schema() -> None:
     schema = json.loads(json_schema())
     assert schema["required"] == ["format", "name"]
     assert schema["additionalProperties"] is False
-    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == ["fixed", "revolute", "prismatic", "spherical", "free"]
+    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == list(SIZES)
     assert schema["$defs"]["Parameter"]["anyOf"][0] == {"type": "number"}
     assert schema["$defs"]["Body"]["required"] == ["mass"]
     assert len(schema["$defs"]["Body"]["properties"]["inertia"]["anyOf"]) == 4

@@ -1,0 +1,209 @@
+"""Helical, cylindrical, universal and planar joints and joints that follow others, as written, and what is wrong with them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.formula_nodes import Number, Symbol
+from eomgen.scene.reader import load_toml
+from eomgen.scene.scene import Joint, Mimic, Scene
+
+HEAD = """format = 1
+name = "one"
+[parameters]
+lead = { value = 0.02, tunable = true }
+still = 0.0
+[bodies.a]
+mass = 1.0
+inertia = [0.1, 0.2, 0.25]
+[bodies.b]
+mass = 2.0
+inertia = [0.1, 0.2, 0.25]
+[joints.first]
+parent = "base"
+child = "a"
+"""
+SECOND = """
+[joints.second]
+type = "prismatic"
+parent = "a"
+child = "b"
+axis = [1, 0, 0]
+"""
+
+
+def load(first: str, second: str = SECOND) -> Scene:
+    return load_toml(HEAD + first + second)
+
+
+def joint(text: str) -> Joint:
+    return load(text).joints[0]
+
+
+def problems(first: str, second: str = SECOND) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        load(first, second)
+    return [str(problem) for problem in caught.value.problems]
+
+
+def test_what_each_type_carries() -> None:
+    screw = joint('type = "helical"\naxis = [0, 0, 2]\npitch = "lead"\nstiffness = 3\ninitial = { position = 0.1 }')
+    assert (screw.axis, screw.pitch, screw.stiffness) == ((0.0, 0.0, 1.0), Symbol("parameter", "lead"), Number(3.0))
+    sleeve = joint('type = "cylindrical"\naxis = [0, 1, 0]\ndamping = [0.1, 20]\ninitial = { velocity = [1, 2] }')
+    assert (sleeve.damping, sleeve.initial_position, sleeve.initial_velocity) == (
+        (Number(0.1), Number(20.0)), (0.0, 0.0), (1.0, 2.0),
+    )  # fmt: skip
+    assert sleeve.each(sleeve.stiffness) == (Number(0.0), Number(0.0))
+    cardan = joint('type = "universal"\naxis = [3, 0, 4]\nsecond_axis = [0, -2, 0]\nrotor_inertia = [0.1, "lead"]')
+    assert cardan.second_axis == (0.0, -1.0, 0.0) and len(cardan.each(cardan.rotor_inertia)) == 2
+    np.testing.assert_allclose(cardan.axis, (0.6, 0.0, 0.8))
+    slab = joint('type = "planar"\naxis = [0, 0, 1]\nx_axis = [3, 4, 5]\nrest = [0.1, 0.2, 0.3]\nstiffness = [1, 2, 3]')
+    np.testing.assert_allclose(slab.second_axis, (0.6, 0.8, 0.0))
+    assert joint('type = "planar"\naxis = [0, 0, 1]').second_axis == (1.0, 0.0, 0.0)
+
+
+def test_joints_that_follow() -> None:
+    mimic = 'mimic = { joint = "first", multiplier = "2 * lead", offset = 0.3 }'
+    scene = load('type = "revolute"\naxis = [0, 0, 1]', SECOND + mimic)
+    assert isinstance(scene.joints[1].mimic, Mimic)
+    assert (scene.joints[1].mimic.joint, scene.joints[1].mimic.offset) == ("first", Number(0.3))
+    assert load('type = "revolute"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }').joints[1].mimic == Mimic("first")
+
+
+def test_the_builder_takes_the_same() -> None:
+    builder = SceneBuilder("one").body("a", 1.0, inertia=[1, 1, 1]).body("b", 1.0, inertia=[1, 1, 1]).body("c", 1.0)
+    builder.joint("cardan", "universal", "base", "a", axis=[1, 0, 0], second_axis=[0, 1, 0], damping=[0.1, 0.2])
+    builder.joint("nut", "helical", "a", "b", axis=[1, 0, 0], pitch=0.01)
+    builder.joint("slide", "prismatic", "a", "c", axis=[1, 0, 0], mimic={"joint": "nut", "multiplier": 0.5})
+    builder.torsion_spring("twist", "cardan", "nut", stiffness=3.0, first_index=1)
+    builder.constraint(
+        "screw", "helical", {"body": "base", "rotation": []}, {"body": "c", "rotation": []}, pitch=0.2
+    )
+    scene = builder.build()
+    assert (scene.torsion_springs[0].first_index, scene.torsion_springs[0].second_index) == (1, 0)
+    assert scene.constraints[0].pitch == Number(0.2)
+    assert scene.joints[2].mimic == Mimic("nut", Number(0.5))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('type = "helical"\naxis = [0, 0, 1]', "(joints.first): a helical joint needs a pitch; try: pitch = 0.01, in m/rad"),
+        (
+            'type = "helical"\naxis = [0, 0, 1]\npitch = "still"',
+            "(joints.first.pitch): a screw with a pitch of 0 does not travel; try: a pitch in m/rad, or type = \"revolute\"",
+        ),
+        ('type = "helical"\npitch = 1', "(joints.first): a helical joint needs an axis; try: axis = [0, 0, 1]"),
+        ('type = "revolute"\naxis = [0, 0, 1]\npitch = 1', "(joints.first.pitch): a revolute joint has no pitch; try: type"),
+        (
+            'type = "universal"\naxis = [0, 0, 1]',
+            "(joints.first): a universal joint needs a second_axis; try: second_axis = [0, 1, 0]",
+        ),
+        (
+            'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 1]',
+            "(joints.first.second_axis): the axes of a universal joint are perpendicular, and these include 45 degrees",
+        ),
+        (
+            'type = "planar"\naxis = [0, 0, 1]\nx_axis = [0, 0, 3]',
+            "(joints.first.x_axis): x_axis is parallel to axis; try: a direction across it",
+        ),
+        (
+            'type = "cylindrical"\naxis = [0, 0, 1]\nx_axis = [0, 1, 0]',
+            "(joints.first.x_axis): a cylindrical joint has no x_axis; try: type = planar",
+        ),
+        (
+            'type = "cylindrical"\naxis = [0, 0, 1]\nstiffness = 3',
+            "(joints.first.stiffness): the stiffness of a cylindrical joint needs 2 values (angle, travel), not 1",
+        ),
+        (
+            'type = "planar"\naxis = [0, 0, 1]\nrotor_inertia = [0, -1, 0]',
+            "(joints.first.rotor_inertia[1]): the rotor inertia is negative; try: 0 or more",
+        ),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\ndamping = [1, 2]',
+            "(joints.first.damping): the damping of a revolute joint needs one value, not 2",
+        ),
+        (
+            'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 0]\ninitial = { position = 1 }',
+            "(joints.first.initial.position): a universal joint needs 2 numbers, not 1",
+        ),
+        (
+            'type = "planar"\naxis = [0, 0, 1]\nmimic = { joint = "second" }',
+            "(joints.first.mimic): a planar joint cannot follow another: it has 3 coordinates; try: a joint with one coordinate",
+        ),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "first" }',
+            "(joints.first.mimic.joint): the joint first follows itself; try: one joint that leads",
+        ),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "secnd" }',
+            "(joints.first.mimic.joint): there is no joint 'secnd'; try: second",
+        ),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "second" }\ninitial = { position = 1 }',
+            "(joints.first.initial.position): a joint that follows another has no initial state of its own; "
+            "try: the initial state of 'second'",
+        ),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "second", multiplyer = 2 }',
+            "(joints.first.mimic.multiplyer): the key 'multiplyer' is unknown here; try: multiplier",
+        ),
+    ],
+)
+def test_one_problem(text: str, message: str) -> None:
+    (found,) = problems(text)
+    assert message in found
+
+
+def test_a_circle_is_reported_once() -> None:
+    turning = 'type = "revolute"\naxis = [0, 0, 1]\n'
+    (found,) = problems(turning + 'mimic = { joint = "second" }', SECOND + 'mimic = { joint = "first" }')
+    assert "the joints follow one another in a circle: first, second, first; try: one joint that leads" in found
+
+
+def test_who_cannot_be_followed() -> None:
+    (found,) = problems('type = "cylindrical"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }')
+    assert "the cylindrical joint first cannot be followed: it has 2 coordinates, not one" in found
+
+
+def test_coordinates_in_formulas_are_counted() -> None:
+    effort = '[efforts.motor]\njoint = "first"\nindex = {}\neffort = "{}"\n'
+    universal = 'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 0]'
+    assert load(universal, SECOND + effort.format(1, "q.first[1] - v.first[0]")).efforts[0].index == 1
+    assert "the universal joint first has no component 2" in problems(universal, SECOND + effort.format(2, "1"))[0]
+    assert "q.first has 2 components (column 1); try: q.first[0]" in problems(universal, SECOND + effort.format(0, "q.first"))[0]
+
+
+@pytest.mark.parametrize(
+    ("spring", "message"),
+    [
+        ('first = "second"', "twist.first): the joint second is prismatic and has no angle; try: a revolute joint"),
+        ('first = "first"\nfirst_index = 1', "twist.first_index): the planar joint first has no angle 1; try: 0"),
+    ],
+)
+def test_springs_between_angles(spring: str, message: str) -> None:
+    (found,) = problems('type = "planar"\naxis = [0, 0, 1]', SECOND + f"[torsion_springs.twist]\nstiffness = 1\n{spring}\n")
+    assert message in found
+
+
+@pytest.mark.parametrize(
+    ("kind", "inertia", "message"),
+    [
+        ('type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]', "", "lacks inertia about two axes through its centre"),
+        ('type = "planar"\naxis = [1, 0, 0]', "", "what it carries lacks inertia about its normal, or mass"),
+        ('type = "cylindrical"\naxis = [1, 0, 0]', "", "what it carries has no inertia about its axis"),
+        ('type = "cylindrical"\naxis = [1, 0, 0]\nrotor_inertia = [0.1, 0]', "", ""),
+        ('type = "helical"\naxis = [1, 0, 0]\npitch = 0.1', "", ""),
+        ('type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]\nrotor_inertia = [0.1, 0.1]', "", ""),
+    ],
+)
+def test_joints_that_move_nothing(kind: str, inertia: str, message: str) -> None:
+    text = f'format = 1\nname = "one"\n[bodies.a]\nmass = 1\n[joints.j]\nparent = "base"\nchild = "a"\n{kind}\n'
+    if message:
+        with pytest.raises(DescriptionError, match=message):
+            load_toml(text)
+    else:
+        assert load_toml(text).joints[0].name == "j"
