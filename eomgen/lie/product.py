@@ -41,12 +41,14 @@ def update(factors: Sequence[FactorLike], q: Array, theta: Array) -> Array:
 
 def difference(factors: Sequence[FactorLike], first: Array, second: Array) -> Array:
     """Return log(first^-1 * second), (..., nv): the increment that leads from first to second."""
-    parts = []
+    batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
+    result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
     for factor in factors:
         group = group_named(factor.group, factor.v_size)
         part = slice(factor.q_start, factor.q_start + factor.q_size)
-        parts.append(numeric.log(group, numeric.compose(group, numeric.inverse(group, first[..., part]), second[..., part])))
-    return np.concatenate(parts, axis=-1)
+        step = numeric.log(group, numeric.compose(group, numeric.inverse(group, first[..., part]), second[..., part]))
+        result[..., factor.v_start : factor.v_start + factor.v_size] = step
+    return result
 
 
 def tangent(factors: Sequence[FactorLike], theta: Array) -> Array:

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.runtime.coordinates import component_names
+from eomgen.runtime.dense import Rows, State, largest_errors, state_at
 from eomgen.runtime.files import read_arrays, write_arrays, write_table
 
 Array = NDArray[np.float64]
@@ -149,6 +150,31 @@ class Solution:
         scenery = metadata.pop("scenery", None)
         see = None if scenery is None else lambda: Seen(groups["poses"], scenery)
         return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata, see=see)
+
+    def at(self, t: ArrayLike) -> State:
+        """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
+
+        q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its order 4 and
+        generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows;
+        ``interpolation_error`` measures it. Outputs: ``s = solution.at(t)``, ``model.outputs(s.q, s.v, s.a, s.t)``.
+
+        Raises
+        ------
+        UsageError
+            Times outside the solution, or half a turn or more between two rows.
+        """
+        return state_at(self._rows, self.metadata, t)
+
+    def interpolation_error(self) -> dict[str, float]:
+        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: ``q`` (as an increment), ``v``, ``a``.
+
+        That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
+        """
+        return largest_errors(self._rows, self.metadata)
+
+    @property
+    def _rows(self) -> Rows:
+        return Rows(self.t, self.q, self.v, self.a, self.z)
 
     def followed_by(self, later: Solution) -> Solution:
         """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and ``later``.
