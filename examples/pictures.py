@@ -205,6 +205,27 @@ def quarter_car() -> None:
     save(figure, "quarter_car")
 
 
+def quarter_car_on_bump() -> None:
+    run = simulated("quarter_car_on_bump")
+    load, deflection = run.outputs["load"].reshape(-1), run.outputs["deflection"].reshape(-1)
+    along = np.clip(10.0 * run.t - 1.0, 0.0, 1.0)
+    road = 0.04 * (1.0 - np.cos(2.0 * np.pi * along))
+    flying = deflection < 0.0
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    for values, label, colour, style in (
+        (road, "road", "black", "-"), (run.q[:, 0], "wheel", BLUE, "-"), (run.q[:, 1], "body", VERMILION, "--"),
+    ):  # fmt: skip
+        left.plot(run.t, 1e3 * values, color=colour, linestyle=style, linewidth=1.1, label=label)
+    right.plot(run.t, 1e-3 * load, color=BLUE, linewidth=1.1)
+    for axes in (left, right):
+        axes.axvspan(run.t[flying][0], run.t[flying][-1], color=GREEN, alpha=0.18, linewidth=0, label="in the air")
+        axes.set(xlabel="time, s", xlim=(0.0, 0.8))
+    left.set(ylabel="rise from rest, mm")
+    left.legend(frameon=False)
+    right.set(ylabel="load of the tyre, kN")
+    save(figure, "quarter_car_on_bump")
+
+
 def robot_arm() -> None:
     model = eomgen.build(FOLDER / "robot_arm" / "scene.toml")
     t = np.linspace(0.0, 1.0, 1001)[:, np.newaxis]
@@ -240,6 +261,7 @@ def main() -> int:
         hanging_chain,
         free_spinning_body,
         quarter_car,
+        quarter_car_on_bump,
         robot_arm,
     )
     for draw in drawings:

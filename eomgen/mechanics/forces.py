@@ -7,6 +7,7 @@ from eomgen.mechanics.joint_forces import add_joint
 from eomgen.mechanics.loads import Loads, add_effort, add_wrench, no_loads, push
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import WORLD_NAME, Tree
+from eomgen.mechanics.tyres import add_tyre
 from eomgen.scene.formula_nodes import Symbol
 from eomgen.scene.scene import Force, Scene, Spring
 from eomgen.symbolic.scalar import apply, cross, dot, negative, plus, scaled, transpose
@@ -41,6 +42,9 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
     for bushing in scene.bushings:
         with algebra.tape.block(f"bushing {bushing.name}"):
             add_bushing(loads, bushing, quantities)
+    for tyre in scene.tyres:
+        with algebra.tape.block(f"tyre {tyre.name}"):
+            add_tyre(loads, tyre, quantities)
     for effort_item in scene.efforts:
         with algebra.tape.block(f"effort {effort_item.name}"):
             value = quantities.formula(effort_item.effort)

@@ -6,6 +6,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.tree import Tree
+from eomgen.mechanics.tyre_contact import tyre_contact
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.scene import Point, Scene, Spring
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
@@ -22,6 +23,7 @@ class Quantities:
         self.algebra: Algebra = tree.algebra
         self.points = {point.name: point for point in scene.points}
         self.springs = {spring.name: spring for spring in scene.springs}
+        self.tyres = {tyre.name: tyre for tyre in scene.tyres}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
         self.state_numbers = {item.name: number for number, item in enumerate(scene.states)}
         self.energies: dict[str, Scalar] = {}
@@ -57,6 +59,10 @@ class Quantities:
                 return self.stretch(self.springs[symbol.name])[1]
             case "tension":
                 return self.tension(self.springs[symbol.name])
+            case "load":
+                return tyre_contact(self, self.tyres[symbol.name]).load
+            case "deflection":
+                return tyre_contact(self, self.tyres[symbol.name]).deflection
             case _:
                 return self.energies[symbol.name]
 

@@ -29,6 +29,7 @@ from eomgen.scene.report import Report
 from eomgen.scene.roads import Harmonic
 from eomgen.scene.schema_signals import Input
 from eomgen.scene.tree import Link, ordered
+from eomgen.scene.tyres import read_tyre
 from eomgen.scene.values import Values
 from eomgen.scene.written_units import in_si
 
@@ -130,6 +131,7 @@ class _Assembler:
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
             curves=self.curve_table,
+            tyres=(*document.tyres, *sorted(refused["tyres"])),
         )
         defaults = {name: parameter.value for name, parameter in document.parameters.items()}
         self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
@@ -192,6 +194,7 @@ class _Assembler:
             "springs": tuple(self.spring(name, spring) for name, spring in document.springs.items()),
             "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
             "bushings": tuple(bushings),
+            "tyres": tuple(read_tyre(name, tyre, points, values) for name, tyre in document.tyres.items()),
             "forces": tuple(self.force(name, force) for name, force in document.forces.items()),
             "efforts": tuple(self.effort(name, effort) for name, effort in document.efforts.items()),
             "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),

@@ -283,6 +283,37 @@ class SceneBuilder:
             rotational_preload=rotational_preload,
         )
 
+    def tyre(
+        self,
+        name: str,
+        center: str,
+        *,
+        radius: Value,
+        stiffness: Value,
+        damping: Value = 0.0,
+        onset: Value = 1e-3,
+        road: Value = 0.0,
+        road_rate: Value | None = None,
+        slip: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Add a tyre, a point contact below a wheel's centre that can lift off.
+
+        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y. ``slip`` has the keys stiffness
+        (per load, one value or longitudinal and lateral) and where wanted axis, friction and velocity.
+        """
+        return self._enter(
+            "tyres",
+            name,
+            center=center,
+            radius=radius,
+            stiffness=stiffness,
+            damping=damping,
+            onset=onset,
+            road=road,
+            road_rate=road_rate,
+            slip=slip,
+        )
+
     def force(
         self,
         name: str,

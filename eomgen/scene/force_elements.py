@@ -1,6 +1,6 @@
-"""Force elements beyond springs along a line: stops and dry friction of joint coordinates, bushings.
+"""Force elements beyond springs along a line: stops and dry friction of joint coordinates, bushings, tyres.
 
-All values are formulas of parameters.
+All values are formulas of parameters, the road under a tyre excepted.
 """
 
 from __future__ import annotations
@@ -61,3 +61,44 @@ class Bushing:
     rest: tuple[Formula, Formula, Formula]
     rest_orientation: tuple[tuple[float, float, float], ...]
     preload: tuple[Formula, ...]
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Forces of a tyre in the road's plane: load times stiffness times slip, bounded by friction times load.
+
+    Attributes
+    ----------
+    axis : unit vector of the wheel's spin in the axes of its centre's body
+    stiffness : longitudinal and lateral, per unit of slip and of load
+    velocity : added in squares to the rolling speed, m/s
+    """
+
+    axis: tuple[float, float, float]
+    stiffness: tuple[Formula, Formula]
+    friction: Formula
+    velocity: Formula
+
+
+@dataclass(frozen=True)
+class Tyre:
+    """A point contact between a wheel and a road of given height; it lifts off where the road falls away.
+
+    Attributes
+    ----------
+    center : point, the centre of the wheel
+    road : height of the road in the world, formula of time, inputs and the centre's x and y
+    road_rate : its rate from time and inputs; None where it follows from the formula
+    moving_road : whether time or inputs move the road
+    """
+
+    name: str
+    center: str
+    radius: Formula
+    stiffness: Formula
+    damping: Formula
+    onset: Formula
+    road: Formula
+    road_rate: Formula | None
+    moving_road: bool
+    slip: Slip | None = None

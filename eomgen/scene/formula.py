@@ -252,6 +252,8 @@ class _Reader:
             return list(self.names.points), 3
         if kind in ("length", "rate", "tension"):
             return list(self.names.springs), 1
+        if kind in ("load", "deflection"):
+            return list(self.names.tyres), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
 
 
@@ -259,5 +261,6 @@ _KINDS: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
     **dict.fromkeys(("length", "rate", "tension"), "spring"),
+    **dict.fromkeys(("load", "deflection"), "tyre"),
     "energy": "energy",
 }

@@ -25,10 +25,10 @@ class Symbol:
     ----------
     kind : str
         ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
-        ``acceleration``, ``length``, ``rate``, ``tension`` or ``energy``.
+        ``acceleration``, ``length``, ``rate``, ``tension``, ``load``, ``deflection`` or ``energy``.
     name : str
-        Name of the parameter, input, state, controller, joint, point or spring; empty for time; ``kinetic``, ``potential``,
-        ``total``, ``base_power`` or ``power`` for energies.
+        Name of the parameter, input, state, controller, joint, point, spring or tyre; empty for time; ``kinetic``,
+        ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position); 0 where
         there is only one.

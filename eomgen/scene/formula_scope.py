@@ -32,10 +32,13 @@ class Scope:
 
 _STATE = frozenset(
     {"parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "length", "rate", "energy"}
+    | {"load", "deflection"}
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
+_ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
+ROAD = Scope("time, parameters, inputs, curves and the position of the wheel's centre", _ROAD)
 SPRING_FORCE = Scope("time, parameters, inputs, states, positions and velocities (not accelerations or tensions)", _STATE)
 STATE = Scope("time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
 EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
@@ -59,4 +62,5 @@ class Names:
     joints: Mapping[str, str] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     springs: tuple[str, ...] = ()
+    tyres: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)

@@ -15,8 +15,8 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from eomgen.scene import schema, schema_places, schema_signals
-from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Scope
+from eomgen.scene import schema, schema_forces, schema_places, schema_signals
+from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_places import Rotations
 from eomgen.scene.schema_values import Description, Finite, Matrix, Triple, Unit, Value, Values
@@ -29,6 +29,7 @@ SCOPES: dict[Scope, str] = {
     PARAMETERS: "of parameters",
     TIME: "of time",
     STATE: "of the state",
+    ROAD: "of scope *road*",
     SPRING_FORCE: "of scope *spring force*",
     EVERYTHING: "of everything",
 }
@@ -54,7 +55,7 @@ def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
-        for value in {**vars(schema_places), **vars(schema_signals), **vars(schema)}.values()
+        for value in (vars(schema_places) | vars(schema_signals) | vars(schema_forces) | vars(schema)).values()
         if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
-from eomgen.scene.force_elements import Bushing, Friction, Stop
+from eomgen.scene.force_elements import Bushing, Friction, Stop, Tyre
 from eomgen.scene.formula_nodes import Formula, Number
 
 Vector = tuple[Formula, Formula, Formula]
@@ -313,6 +313,7 @@ class Scene:
     springs: tuple[Spring, ...] = ()
     torsion_springs: tuple[TorsionSpring, ...] = ()
     bushings: tuple[Bushing, ...] = ()
+    tyres: tuple[Tyre, ...] = ()
     forces: tuple[Force, ...] = ()
     efforts: tuple[Effort, ...] = ()
     outputs: tuple[Output, ...] = ()

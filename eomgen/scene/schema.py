@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field, model_validator
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS, JointType
-from eomgen.scene.schema_forces import Bushing, Friction, Limits
+from eomgen.scene.schema_forces import Bushing, Friction, Limits, Tyre
 from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
 from eomgen.scene.schema_places import Frame, Rotations
 from eomgen.scene.schema_signals import Curve, Input
@@ -44,6 +44,7 @@ SECTIONS = (
     "springs",
     "torsion_springs",
     "bushings",
+    "tyres",
     "forces",
     "efforts",
     "outputs",
@@ -355,6 +356,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     springs: dict[str, Spring] = {}
     torsion_springs: dict[str, TorsionSpring] = {}
     bushings: dict[str, Bushing] = {}
+    tyres: dict[str, Tyre] = {}
     forces: dict[str, Force] = {}
     efforts: dict[str, Effort] = {}
     outputs: dict[str, Output] = {}

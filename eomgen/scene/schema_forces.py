@@ -1,11 +1,11 @@
-"""The shape of force elements beyond springs along a line: stops and dry friction of joints, bushings."""
+"""The shape of force elements beyond springs along a line: stops and dry friction of joints, bushings, tyres."""
 
 from __future__ import annotations
 
-from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, ROAD
 from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_places import Frame, Rotations
-from eomgen.scene.schema_values import SixBySix, Triple, Value
+from eomgen.scene.schema_values import SixBySix, Triple, Value, Values
 
 _COORDINATE = {"revolute": "rad", "prismatic": "m", "helical": "rad"}
 _RATE = {"revolute": "rad/s", "prismatic": "m/s", "helical": "rad/s"}
@@ -64,3 +64,29 @@ class Bushing(Table):
     rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
     preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
     rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)
+
+
+class Slip(Table):
+    """Forces of a tyre in the plane of the road."""
+
+    axis: Triple = key(
+        "of the wheel's spin, in the axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
+    )
+    stiffness: Values = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
+    friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
+    velocity: Value = key("added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS)
+
+
+class Tyre(Table):
+    """A point contact between a wheel and the road, which can lift off."""
+
+    center: str = key("centre of the wheel", refers="points")
+    radius: Value = key("of the wheel without load", unit="m", names=PARAMETERS)
+    stiffness: Value = key("vertical", unit="N/m", names=PARAMETERS)
+    damping: Value = key("vertical", 0.0, unit="N s/m", names=PARAMETERS)
+    onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
+    road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
+    road_rate: Value | None = key(
+        "its rate from time and inputs; needed with `damping` where the road has an input", None, unit="m/s", names=ROAD
+    )
+    slip: Slip | None = key("forces in the plane of the road", None, kind="table, below")

@@ -1,0 +1,138 @@
+"""Tyres in scene files: what is read, what it defaults to, and every message."""
+
+from __future__ import annotations
+
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.formula_nodes import Number, Symbol
+from eomgen.scene.reader import load_toml
+from eomgen.scene.scene import Scene
+
+WHEEL = """\
+format = 1
+name = "wheel"
+[parameters]
+soft = { value = 1e4, tunable = true }
+[inputs]
+lift = {}
+[bodies.wheel]
+mass = 1
+inertia = [0.1, 0.1, 0.1]
+[joints.wheel]
+type = "free"
+parent = "base"
+child = "wheel"
+[points]
+hub = { body = "wheel" }
+rim = { body = "wheel", position = [0.3, 0, 0] }
+stone = { body = "base" }
+"""
+TYRE = '''[tyres.front]
+center = "hub"
+radius = 0.3
+stiffness = "soft"
+'''
+
+
+def read(keys: str = "", tyre: str = TYRE) -> Scene:
+    return load_toml(WHEEL + tyre + keys, file="wheel.toml")
+
+
+def problem(keys: str, tyre: str = TYRE) -> str:
+    with pytest.raises(DescriptionError) as caught:
+        read(keys, tyre)
+    assert len(caught.value.problems) == 1, str(caught.value)
+    return str(caught.value.problems[0]).partition(" (")[2]
+
+
+def test_what_is_read_and_its_defaults() -> None:
+    (tyre,) = read().tyres
+    assert (tyre.name, tyre.center, tyre.radius, tyre.stiffness) == ("front", "hub", Number(0.3), Symbol("parameter", "soft"))
+    assert (tyre.damping, tyre.onset, tyre.road, tyre.road_rate) == (Number(0.0), Number(1e-3), Number(0.0), None)
+    assert not tyre.moving_road and tyre.slip is None
+    (tyre,) = read('road = "lift"\nslip = { stiffness = 12 }').tyres
+    assert tyre.moving_road and tyre.slip is not None
+    assert (tyre.slip.axis, tyre.slip.stiffness) == ((0.0, 1.0, 0.0), (Number(12), Number(12)))
+    assert (tyre.slip.friction, tyre.slip.velocity) == (Number(1.0), Number(0.1))
+    assert not read('road = "0.1 * sin(position.hub[0])"\ndamping = 5').tyres[0].moving_road
+
+
+def test_the_builder_gives_the_same() -> None:
+    builder = SceneBuilder("wheel").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1]).joint("wheel", "free", "base", "wheel")
+    builder.point("hub", "wheel").input("lift").input("rate")
+    slip = {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.2, "axis": [0, 2, 0]}
+    builder.tyre(
+        "front", "hub", radius=0.3, stiffness=1e5, damping=50.0, onset=0.01, road="lift", road_rate="rate", slip=slip
+    )
+    (made,) = builder.build().tyres
+    text = (WHEEL + TYRE).replace("lift = {}", "lift = {}\nrate = {}").replace('"soft"', "1e5")
+    keys = 'damping = 50.0\nonset = 0.01\nroad = "lift"\nroad_rate = "rate"\n'
+    keys += "slip = { stiffness = [15.0, 12.0], friction = 0.9, velocity = 0.2, axis = [0, 2, 0] }"
+    assert load_toml(text + keys).tyres == (made,)
+
+
+def test_load_and_deflection_are_words_of_formulas() -> None:
+    scene = read('[outputs]\nload = { formula = ["load.front", "deflection.front"] }')
+    assert scene.outputs[0].values == (Symbol("load", "front"), Symbol("deflection", "front"))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("damping = -1", "tyres.front.damping): the damping of a tyre is -1; try: 0 or more"),
+        ("onset = 0", "tyres.front.onset): the onset of a tyre is 0; try: a number above 0"),
+        ('road = "position.rim[0]"',
+         "tyres.front.road): position.rim[0] cannot be used here: a road has a height over its own wheel's x and y; "
+         "try: position.hub[0] or position.hub[1]"),
+        ('road = "0.1 * position.hub[2]"',
+         "tyres.front.road): position.hub[2] cannot be used here: a road has a height over its own wheel's x and y; "
+         "try: position.hub[0] or position.hub[1]"),
+        ('road = "velocity.hub[0]"',
+         "tyres.front.road): velocity.hub cannot be used here (column 1); "
+         "try: time, parameters, inputs, curves and the position of the wheel's centre only"),
+        ('road = "lift"\ndamping = 5',
+         "tyres.front): the damping needs the rate of the road, which does not follow from an input; "
+         'try: road_rate = "...", a second input for instance, or no damping'),
+        ('road = "sin(position.hub[0])"\nroad_rate = "lift"',
+         "tyres.front.road_rate): neither time nor an input moves the road, so it has no rate of its own; "
+         "try: a road that moves, or no road_rate"),
+        ("slip = { friction = 1 }", "tyres.front.slip.stiffness): the key stiffness is missing; try: stiffness = ..."),
+        ("slip = { stiffness = [1, 2, 3] }",
+         "tyres.front.slip.stiffness): one stiffness, or a longitudinal and a lateral one, are needed here, not 3; "
+         "try: [15, 12]"),
+        ("slip = { stiffness = [1, -2] }",
+         "tyres.front.slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
+        ("slip = { stiffness = 1, friction = 0 }",
+         "tyres.front.slip.friction): the friction of a tyre is 0; try: a number above 0"),
+        ("slip = { stiffness = 1, velocity = 0 }",
+         "tyres.front.slip.velocity): the velocity of a slip is 0; try: a number above 0"),
+        ("slip = { stiffness = 1, axis = [0, 0, 0] }",
+         "tyres.front.slip.axis): the axis has no direction; try: an axis such as [0, 0, 1]"),
+        ("width = 0.2", "tyres.front.width): the key 'width' is unknown here; "
+         "try: one of center, radius, stiffness, damping, onset, road, road_rate, slip"),
+        ('[outputs]\nload = { formula = "load.frnt" }',
+         "outputs.load.formula[0]): load.frnt: there is no tyre 'frnt' (column 1); try: front"),
+    ],
+)  # fmt: skip
+def test_messages(keys: str, message: str) -> None:
+    assert problem(keys) == message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('center = "hub"', 'center = "hob"', "tyres.front.center): there is no point 'hob'; try: hub"),
+        ('center = "hub"', 'center = "stone"',
+         "tyres.front.center): the point stone is on the base, where a wheel's force moves nothing; "
+         "try: a point of the wheel's body"),
+        ("radius = 0.3\n", "", "tyres.front.radius): the key radius is missing; try: radius = ..."),
+        ("radius = 0.3", "radius = 0", "tyres.front.radius): the radius of a tyre is 0; try: a number above 0"),
+        ('stiffness = "soft"', 'stiffness = "-soft"',
+         "tyres.front.stiffness): the stiffness of a tyre is -10000; try: a number above 0"),
+    ],
+)  # fmt: skip
+def test_messages_on_what_is_needed(old: str, new: str, message: str) -> None:
+    assert old in TYRE
+    assert problem("", TYRE.replace(old, new)) == message
