@@ -33,7 +33,8 @@ def wheel(coordinates: str = "joint", *, tyre: dict[str, Any], moving: bool = Fa
     builder = SceneBuilder("wheel", coordinates=coordinates).body("wheel", 5.0, inertia=[0.1, 0.18, 0.1])
     builder.joint("free", "free", "base", "wheel").point("hub", "wheel", [0.02, 0.05, -0.01])
     builder.input("lift", 0.0).input("lift_rate", 0.0)
-    builder.curve("hump", bump={"length": 1.5, "height": 0.3, "position": -0.6}).curve("coarse", road={"class": "F", "harmonics": 9})
+    builder.curve("hump", bump={"length": 1.5, "height": 0.3, "position": -0.6})
+    builder.curve("coarse", road={"class": "F", "harmonics": 9})
     if moving:
         builder.base(position=["0.3 * sin(2 * t)", "0.1 * t", 0], rotation=[([1, 2, 3], "0.4 * sin(t)")])
     return builder.tyre("tyre", "hub", radius=0.3, stiffness=900.0, damping=40.0, onset=0.2, **tyre)
