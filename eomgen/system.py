@@ -102,6 +102,20 @@ class Facts:
 
 
 @dataclass(frozen=True)
+class Discontinuity:
+    """A time at which forces are not smooth, and again every ``period`` after it where that is not 0.
+
+    ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many times the
+    precision of the numbers in use.
+    """
+
+    time: float
+    period: float
+    order: int
+    blur: float
+
+
+@dataclass(frozen=True)
 class System:
     """Symbolic equations of motion on one tape.
 
@@ -125,7 +139,7 @@ class System:
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
     guards : tuple of Ref
         Functions whose sign changes are events; ``modes`` are integers held constant within a step.
-    discontinuity_times : tuple of float
+    discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
@@ -150,7 +164,7 @@ class System:
     inner_owners: tuple[int, ...] = ()
     guards: tuple[Ref, ...] = ()
     modes: tuple[str, ...] = ()
-    discontinuity_times: tuple[float, ...] = ()
+    discontinuities: tuple[Discontinuity, ...] = ()
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

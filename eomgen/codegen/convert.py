@@ -82,7 +82,7 @@ def to_program(
         initial_v=system.initial_v,
         initial_z=system.initial_z,
         dof_parent=system.dof_parent,
-        discontinuity_times=system.discontinuity_times,
+        discontinuities=tuple(dataclasses.asdict(item) for item in system.discontinuities),
         modes=system.modes,
         facts=dataclasses.asdict(system.facts),
         defaults=dict(system.defaults),

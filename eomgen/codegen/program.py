@@ -168,7 +168,7 @@ class Program:
     initial_v: tuple[float, ...]
     initial_z: tuple[float, ...]
     dof_parent: tuple[int, ...]
-    discontinuity_times: tuple[float, ...]
+    discontinuities: tuple[Mapping[str, float], ...]
     modes: tuple[str, ...]
     facts: Mapping[str, bool]
     defaults: Mapping[str, Any]

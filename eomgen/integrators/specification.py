@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.iteration_matrix import Unknowns
+from eomgen.integrators.jumps import jump_data
 from eomgen.integrators.methods import (
     GENERALIZED_ALPHA,
     INDEX_3,
@@ -55,6 +56,8 @@ class SystemLike(Protocol):
     @property
     def patterns(self) -> Any: ...
     @property
+    def discontinuities(self) -> Any: ...
+    @property
     def inner_owners(self) -> Any: ...
 
 
@@ -94,6 +97,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "lie": _lie_data(system.factors, implicit),
         "turning": list(system.turning),
     }
+    if jumps := jump_data(system.discontinuities, method.order):
+        data["jumps"] = jumps
     if isinstance(method, GeneralizedAlpha):
         nl, owners, nz = len(system.multipliers), system.inner_owners, len(system.initial_z)
         unknowns = Unknowns(_nv(system), nl, system.holonomic, method.form == STABILISED, len(owners), nz)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import check_finite, check_name, numbers
 
@@ -29,6 +30,8 @@ class InputSignals:
         From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given.
     step : float
         Of the grid, in s; it starts at ``start``.
+    left_to_stepper : bool
+        Whether the stepper evaluates the scene's formulas itself, see ``jumps_known``.
     """
 
     names: tuple[str, ...]
@@ -36,6 +39,7 @@ class InputSignals:
     formulas: Callable[[Array], Array]
     step: float
     start: float = 0.0
+    left_to_stepper: bool = False
 
     def rows(self, times: Array) -> Array:
         """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite number."""
@@ -50,6 +54,20 @@ class InputSignals:
             else:
                 table[:, column] = signal
         return table
+
+
+    def table(self, times: Array) -> Array:
+        """Return what a stepper is handed, (n, nu): ``rows``, or not a number for what it evaluates itself."""
+        if not self.left_to_stepper:
+            return self.rows(times)
+        nothing = replace(self, formulas=lambda at: np.full((len(at), len(self.names)), np.nan))
+        return nothing.rows(times)
+
+
+def jumps_known(library: Library) -> bool:
+    """Return whether a stepper evaluates the scene's formulas itself beside what is given, because it knows where they jump."""
+    said = any(function["name"] == "inputs" for function in library.layout["functions"])
+    return said and "jumps" in library.layout["method"]
 
 
 def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
+from eomgen.errors import UsageError
 from eomgen.runtime.arguments import components, numbers
 from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
@@ -254,6 +256,26 @@ class Model(Bodies, InternalStates):
     def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
         return self._terms.formula_inputs({"t": numbers("t", t), "p": self.parameter_array(parameters)})
+
+    def discontinuity_times(self, start: float, end: float, *, order: int = 2) -> Array:
+        """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
+
+        0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by themselves; for
+        solvers of others these are the times between which the motion is smooth.
+        """
+        if end < start:
+            raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
+        found: set[float] = set()
+        for item in self.library.layout["discontinuities"]:
+            time, period = float(item["time"]), float(item["period"])
+            if item["order"] > order:
+                continue
+            if period == 0.0:
+                found |= {time} if start <= time <= end else set()
+                continue
+            first = math.ceil((start - time) / period)
+            found |= {time + k * period for k in range(first, math.floor((end - time) / period) + 1)}
+        return np.array(sorted(found))
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 

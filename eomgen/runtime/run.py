@@ -56,7 +56,7 @@ class Run:
     def driven(self) -> Callable[[Array], Array] | None:
         """Rows of inputs for times; None where the compiled formulas say all of them."""
         without_formulas = self.model.nu and "inputs" not in self.model.functions
-        return self.signals.rows if self.signals.given or without_formulas else None
+        return self.signals.table if self.signals.given or without_formulas else None
 
     def described(self, library: Library, stepper: Stepper) -> Checkpoint:
         """Return a checkpoint of the run where the stepper is."""

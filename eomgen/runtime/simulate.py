@@ -16,7 +16,7 @@ from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
-from eomgen.runtime.inputs import InputSignals, Signal, read_signals
+from eomgen.runtime.inputs import InputSignals, Signal, jumps_known, read_signals
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
@@ -122,7 +122,9 @@ def simulate(
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
-    signals = InputSignals(model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start)
+    signals = InputSignals(
+        model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
+    )
     run = Run(model, name, stepped_by, chosen, p, signals, steps, every, start, end, corrected)
 
     began = time.perf_counter()
@@ -141,7 +143,7 @@ def simulate(
             keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
         trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
-    u = None if table is None else table[0]
+    u = None if table is None else signals.rows(np.array([start]))[0]
     if name == "rk4" and (fault := unresolved_damping(model, state.q, state.v, start, u, p, step)):
         solution = replace(solution, message=f"{solution.message}; {fault}")
     return solution

@@ -1,8 +1,9 @@
-"""Where signals jump or bend: the times, found in formulas whose curves have arguments that are linear in time."""
+"""Where signals jump or bend: the times, found in formulas whose curves and comparisons have arguments linear in time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
 
@@ -43,3 +44,52 @@ def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tupl
             return (a * d, b * d) if c == 0.0 else (b * c, b * d) if a == 0.0 else None
         case _:
             return (a / d, b / d) if c == 0.0 and d != 0.0 else None
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A time at which something is not smooth: from ``time`` on every ``period`` where that is not 0.
+
+    ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times the
+    precision of its numbers the time is uncertain by, in s.
+    """
+
+    time: float
+    period: float
+    order: int
+    blur: float
+
+
+def corners(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Corner]:
+    """Yield the corners of a formula, those of curves and comparisons whose arguments are linear in time.
+
+    Parameters
+    ----------
+    derivatives : int
+        How many time derivatives of the formula forces depend on: 2 for the position of the base.
+    """
+    if isinstance(formula, Application):
+        linear = affine(formula.argument, value_of)
+        if linear is not None and linear[0] != 0.0:
+            a, b = linear
+            for place, order in formula.curve.kinks():
+                period = getattr(formula.curve, "period", 0.0) / abs(a)
+                yield Corner((place - b) / a, period, order - formula.derivative - derivatives, (abs(place) + abs(b)) / abs(a))
+        yield from corners(formula.argument, value_of, derivatives)
+    elif isinstance(formula, Operation):
+        if formula.name in _CORNERS:
+            pair = [affine(argument, value_of) for argument in (*formula.arguments, Number(0.0))[:2]]
+            yield from _crossing(pair, _CORNERS[formula.name] - derivatives)
+        for argument in formula.arguments:
+            yield from corners(argument, value_of, derivatives)
+
+
+#: Functions that are not smooth where their argument is 0, or their two arguments are equal, and what jumps there.
+_CORNERS = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
+
+
+def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Corner]:
+    first, second = pair
+    if first is not None and second is not None and first[0] != second[0]:
+        slope = first[0] - second[0]
+        yield Corner((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))

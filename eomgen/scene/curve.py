@@ -80,6 +80,11 @@ class Curve:
     def end(self) -> float:
         return float(self.x[-1])
 
+    @property
+    def period(self) -> float:
+        """0 where the curve is not periodic."""
+        return self.end - self.start if self.outside == "periodic" else 0.0
+
     @cached_property
     def breaks(self) -> Array:
         """Where one polynomial follows another, (pieces + 1,)."""

@@ -45,6 +45,7 @@ class Model:
     inputs: int = 0
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
+    discontinuities: tuple[()] = ()
     turning: tuple[int, ...] = ()
     initial_z: tuple = ()
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)

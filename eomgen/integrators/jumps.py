@@ -1,0 +1,42 @@
+"""Which of the known discontinuities a stepper has to end its steps at, as plain data for the templates.
+
+A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order of the
+method does no harm. Times have a margin: a step ends so much before one and goes on so much after it, so that rounding never
+puts an evaluation on the wrong side.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+#: Margin beside the time of a jump, in times the precision of the numbers that the time is made of.
+MARGIN = 32.0
+
+
+class DiscontinuityLike(Protocol):
+    """What is asked of a discontinuity (``system.Discontinuity`` answers)."""
+
+    @property
+    def time(self) -> float: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def blur(self) -> float: ...
+
+
+def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dict[str, Any]:
+    """Return the times that matter to a method of an order: ``once``, and ``first`` and ``period`` of those that come again.
+
+    Empty where there are none.
+    """
+    those = [item for item in discontinuities if item.order + 1 < order]
+    if not those:
+        return {}
+    return {
+        "once": sorted({item.time for item in those if item.period == 0.0}),
+        "periodic": [[item.time, item.period] for item in those if item.period > 0.0],
+        "margin": MARGIN,
+        "blur": max(MARGIN * item.blur for item in those),
+    }

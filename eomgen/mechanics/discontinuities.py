@@ -1,0 +1,42 @@
+"""The times at which forces are known to jump or bend, collected from all that a scene says as a function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eomgen.scene.corners import Corner, corners
+from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.scene import Scene
+from eomgen.system import Discontinuity
+
+
+def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
+    """Return the known corners of a scene in time, each once; what depends on tunable parameters is not known."""
+    fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
+
+    def value_of(symbol: Symbol) -> float | None:
+        return fixed.get(symbol.name)
+
+    found: dict[tuple[float, float], Corner] = {}
+    for formula, derivatives in _formulas(scene):
+        for corner in corners(formula, value_of, derivatives):
+            other = found.get((corner.time, corner.period))
+            if other is None or corner.order < other.order:
+                found[corner.time, corner.period] = corner
+    ordered = sorted(found.values(), key=lambda corner: (corner.period, corner.time))
+    return tuple(Discontinuity(corner.time, corner.period, max(corner.order, 0), corner.blur) for corner in ordered)
+
+
+def _formulas(scene: Scene) -> Iterator[tuple[Formula, int]]:
+    """Yield every formula that forces depend on, and how many of its time derivatives they do."""
+    for item in scene.inputs:
+        if item.formula is not None:
+            yield item.formula, 0
+    if scene.base is not None:
+        yield from ((formula, 2) for formula in scene.base.position)
+        yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
+    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
+    yield from ((spring.force, 0) for spring in scene.springs)
+    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
+    yield from ((effort.effort, 0) for effort in scene.efforts)
+    yield from ((state.rate, 0) for state in scene.states)
