@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Operation, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
 from eomgen.scene.frames import check_two_bodies
+from eomgen.scene.include import Part, signature, with_included
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.names import key_of
@@ -75,26 +76,33 @@ def from_data(
     if not data and not report.found:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
-    data, labels = in_si(data, report)
+    part = Part(dict(data), {})
+    if "include" in data:
+        part = with_included(data, report, folder or Path())
+        report.lines = part.lines
+    data, labels = in_si(part.data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
     document = checks.check_names(document, refused, report)
-    result = _Assembler(document, refused, data, report, folder or Path()).fields(inertias_checked)
+    assembler = _Assembler(document, refused, data, report, folder or Path())
+    for key, text in part.bound.items():
+        assembler.values.formula(key, text, PARAMETERS)
+    result = assembler.fields(data.get("bodies", ()) if inertias_checked else part.judged)
     report.raise_problems()
     curves = result["curves"]
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
-        content=content(document) + (digest(curves).encode() if curves else b""),
-        notes=(*notes, *labels),
+        content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
+        notes=(*notes, *part.notes, *labels),
         metadata=dict(metadata or {}),
     )
 
 
 def content(document: written.Document) -> bytes:
     """Return bytes that determine the scene: canonical JSON, with entries as pairs because their order counts."""
-    data = document.model_dump(mode="json", exclude_none=True)
+    data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -140,8 +148,8 @@ class _Assembler:
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
 
-    def fields(self, inertias_checked: bool) -> dict[str, Any]:
-        """Return the fields of the Scene; they are right only if the report stays empty."""
+    def fields(self, judged: Collection[str]) -> dict[str, Any]:
+        """Return the fields of the Scene; they are right only if the report stays empty. The inertias of ``judged`` are fine."""
         document, values = self.document, self.values
         bodies = {name: self.body(name, body) for name, body in document.bodies.items()}
         joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
@@ -150,9 +158,8 @@ class _Assembler:
         order = ordered(links, document.bodies, sorted(self.refused["bodies"]), complete, self.report)
         checks.check_mimics(joints, self.refused["joints"], self.report)
         inertias = checks.body_inertias(bodies.values(), values)
-        if not inertias_checked:
-            checks.check_inertias(inertias, self.report)
-            inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}
+        checks.check_inertias({name: entry for name, entry in inertias.items() if name not in judged}, self.report)
+        inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}
         if complete and len(order) == len(links) == len(bodies):
             tree = [joints[link.name] for link in order]
             checks.check_motion(tree, inertias, values, absolute=document.coordinates == "absolute")

@@ -199,6 +199,37 @@ class SceneBuilder:
             pitch=pitch,
         )
 
+    def include(
+        self,
+        name: str,
+        file: str | Path,
+        *,
+        prefix: str | None = None,
+        parent: str = "base",
+        position: Sequence[Value] = (0.0, 0.0, 0.0),
+        rotation: Rotations | None = None,
+        parameters: Mapping[str, Value] | None = None,
+        root: str | None = None,
+        lock: Sequence[str] | None = None,
+    ) -> Self:
+        """Put another scene file, or a URDF, into the scene: its names after ``prefix``, its base on ``parent``.
+
+        The path starts in the current folder; ``prefix`` is the name and ``_`` where nothing is said. ``parameters`` go in
+        place of those of the file. ``root`` and ``lock`` are for URDF.
+        """
+        return self._enter(
+            "include",
+            name,
+            file=str(file),
+            prefix=prefix,
+            parent=parent,
+            position=position,
+            rotation=rotation,
+            parameters=parameters,
+            root=root,
+            lock=lock,
+        )
+
     def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:
         """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
         return self._enter("points", name, body=body, position=position)

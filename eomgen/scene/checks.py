@@ -19,7 +19,7 @@ from eomgen.scene.values import Values
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
     """Return the document without the entries whose names are not legal; their names go to ``refused``."""
     if not is_legal(document.name):
-        report.add("name", f"the name {shown(document.name)} is not legal", _NAME_RULE)
+        report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
     kept: dict[str, object] = {}
     for section in SECTIONS:
         entries: Mapping[str, object] = getattr(document, section)
@@ -34,12 +34,12 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 
 #: Sections whose entries formulas call by their names alone, and what an entry is.
 _BARE = {"parameters": "a parameter", "inputs": "an input", "states": "a state", "curves": "a curve"}
-_NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
+NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 
 
 def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
     if not is_legal(name):
-        return f"the name {shown(name)} is not legal", _NAME_RULE
+        return f"the name {shown(name)} is not legal", NAME_RULE
     if section == "bodies" and name == BASE:
         return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
     if section == "bodies" and name == WORLD:

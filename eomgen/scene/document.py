@@ -31,7 +31,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         broken = False
         for detail in error.errors(include_url=False):
             location = tuple(part for part in detail["loc"] if isinstance(part, str | int))
-            what, hint = _explained(detail["type"], detail["msg"], location, detail.get("input"))
+            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"))
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = _child_hint(data)
             if not isinstance(detail.get("input"), Refused):
@@ -63,8 +63,8 @@ def _child_hint(data: Mapping[str, Any]) -> str:
     return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
 
 
-def _explained(kind: str, message: str, location: tuple[str | int, ...], given: object) -> tuple[str, str]:
-    """Return what pydantic found, in the words of the scene file, and a hint."""
+def explained(kind: str, message: str, location: tuple[str | int, ...], given: object) -> tuple[str, str]:
+    """Return what pydantic found at a place, in the words of the scene file, and a hint."""
     last = str(location[-1])
     if kind == "extra_forbidden":
         return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[:-1]))

@@ -264,3 +264,9 @@ _KINDS: Mapping[str, str] = {
     **dict.fromkeys(("load", "deflection"), "tyre"),
     "energy": "energy",
 }
+
+
+def section_of(kind: str) -> str:
+    """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""
+    word = _KINDS.get(kind, kind)
+    return "" if word in ("time", "energy") else f"{word}s"

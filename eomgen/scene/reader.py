@@ -6,7 +6,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
 from eomgen.scene.names import shown
@@ -57,7 +57,7 @@ def load(
         raise UsageError("root and lock are for URDF only", 'type = "fixed" for the joint in the scene file')
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
-    text, file = read_text(path), _shown_file(path)
+    text, file = read_text(path), shown_file(path)
     if kind == ".toml":
         return load_toml(text, file=file, coordinates=coordinates, folder=path.parent)
     from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
@@ -65,7 +65,7 @@ def load(
     return load_urdf(text, file=file, strict=strict, root=root, lock=lock, coordinates=coordinates)
 
 
-def _shown_file(path: Path) -> str:
+def shown_file(path: Path) -> str:
     """Return a file's name for messages, escaped where it could upset a terminal."""
     return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
 
@@ -85,13 +85,13 @@ def read_text(path: Path) -> str:
         raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", "another path")) from None
     if len(data) > LARGEST_FILE:
         raise FileError(
-            Problem(_shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description")
+            Problem(shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description")
         )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(f"{_shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
+        problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
         raise DescriptionError(problem) from None
 
 
@@ -111,11 +111,22 @@ def load_toml(
     DescriptionError
     """
     from eomgen.scene.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
-    from eomgen.scene.lines import line_index  # noqa: PLC0415
+
+    data, lines = toml_data(text, file)
+    return from_data(data, file=file, lines=lines, coordinates=coordinates, folder=folder)
+
+
+def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
+    """Return what a TOML text holds, and the line of each dotted key.
+
+    Raises
+    ------
+    DescriptionError
+    """
+    from eomgen.scene.lines import line_index  # noqa: PLC0415 - for TOML only
 
     try:
-        data = tomllib.loads(text)
-        lines = line_index(text)
+        return tomllib.loads(text), line_index(text)
     except ValueError as error:
         message = str(error)
         place = _TOML_PLACE.search(message)
@@ -125,4 +136,3 @@ def load_toml(
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
-    return from_data(data, file=file, lines=lines, coordinates=coordinates, folder=folder)

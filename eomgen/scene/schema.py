@@ -15,6 +15,7 @@ from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS, JointType
 from eomgen.scene.schema_forces import Bushing, Friction, Limits, Tyre
+from eomgen.scene.schema_include import Include
 from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
 from eomgen.scene.schema_places import Frame, Rotations
 from eomgen.scene.schema_signals import Curve, Input
@@ -83,7 +84,7 @@ class State(Table):
     """An internal state z, which its rate moves."""
 
     rate: Value = key("its time derivative", names=STATE)
-    initial: Value = key("at the start", 0.0, names=FIXED_PARAMETERS)
+    initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
@@ -344,6 +345,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
     )
+    include: dict[str, Include] = {}
     parameters: dict[str, Parameter] = {}
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}

@@ -37,6 +37,7 @@ class Meaning:
     unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of what is around it, or of its ``joint``.
     names : which names its formulas may use; None where it takes no formulas.
     refers : the section whose entries it names.
+    path : whether it is the path of a file, from the folder of the file that it is written in.
     kind : words for the type of value, in place of what follows from the annotation.
     shown_default : words for the default, in place of its value.
     """
@@ -44,6 +45,7 @@ class Meaning:
     unit: Units | Mapping[str, Units] = ""
     names: Scope | None = None
     refers: str = ""
+    path: bool = False
     kind: str = ""
     shown_default: str = ""
 
@@ -55,6 +57,7 @@ def key(
     unit: Units | Mapping[str, Units] = "",
     names: Scope | None = None,
     refers: str = "",
+    path: bool = False,
     kind: str = "",
     shown_default: str = "",
     **constraints: Any,
@@ -68,7 +71,7 @@ def key(
     default : object
         The value where the key is absent; required by default.
     """
-    meaning = Meaning(unit, names, refers, kind, shown_default)
+    meaning = Meaning(unit, names, refers, path, kind, shown_default)
     field = Field(default, description=description, **constraints)
     field.metadata.append(meaning)
     return field

@@ -21,7 +21,9 @@ _COLUMN = "title or number from 0"
 class TableFile(Table):
     """Two columns of a CSV file."""
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path, from the folder of the scene file", kind="text")
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
+        "path, from the folder of the scene file", kind="text", path=True
+    )
     argument: Column = key("column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN)
     value: Column = key("column of the value", 1, kind=_COLUMN)
     argument_scale: Finite = key("factor on the argument: 0.001 for ms", 1.0)

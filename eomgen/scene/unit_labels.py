@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.names import shown
 from eomgen.scene.units import UnitError, is_quantity, read_quantity, read_unit
@@ -20,21 +22,30 @@ def in_label(where: str, text: str, label: str) -> float:
     UsageError
         For a text that is not a number with a unit, or of another dimension than the label, or a label that is no unit.
     """
-    from eomgen.scene.unit_conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
-
     if not is_quantity(text):
         raise UsageError(Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"'))
     try:
-        quantity = read_quantity(text)
-        return to_unit(quantity, label) if _is_unit(where, label) else to_si(quantity)[0]
+        return number_in_label(text, label)
     except UnitError as error:
         raise UsageError(Problem(where, error.what, error.hint)) from None
 
 
-def _is_unit(where: str, label: str) -> bool:
-    """Tell whether there is a label; one that is no unit could mean anything, so nothing is converted to it."""
+def number_in_label(text: str, label: str, known: Collection[str] = ()) -> float:
+    """Return the number that a text with a unit is in the unit of a label; in SI where there is no label.
+
+    Raises
+    ------
+    UnitError
+        Also for a label that is no unit: it could mean anything.
+    """
+    from eomgen.scene.unit_conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+
+    quantity = read_quantity(text, known)
+    if not label.strip():
+        return to_si(quantity)[0]
     try:
-        return bool(label.strip() and read_unit(label))
+        read_unit(label)
     except UnitError:
         what = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
-        raise UsageError(Problem(where, what, "a plain number")) from None
+        raise UnitError(what, "a plain number") from None
+    return to_unit(quantity, label)

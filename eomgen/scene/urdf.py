@@ -52,6 +52,24 @@ def load_urdf(
     """
     if root not in ("fixed", "free"):
         raise UsageError(f"root is {shown(root)}", "fixed or free")
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock)
+    return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
+
+
+def urdf_data(
+    text: str, *, file: str, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()
+) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
+    """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
+
+    Parameters
+    ----------
+    root : str
+        ``fixed``: the root link is the base. ``attached``: it is a body, fixed to the base. ``free``: a body on a free joint.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
     lock = (lock,) if isinstance(lock, str) else lock
     report = Report(file, {})
     robot = read_robot(read_xml(text, file), report)
@@ -74,14 +92,7 @@ def load_urdf(
         for line, note in doubts:
             report.add_at(line, "", note, "strict = False, to go on without")
         report.raise_problems()
-    return from_data(
-        merger.data,
-        file=file,
-        lines=merger.lines,
-        notes=[*notes, *(note for _, note in doubts)],
-        inertias_checked=True,
-        coordinates=coordinates,
-    )
+    return merger.data, merger.lines, [*notes, *(note for _, note in doubts)]
 
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:
@@ -143,9 +154,10 @@ class _Merger:
         self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "points": {}}
         identity = (np.eye(3), np.zeros(3))
         self.places = {root_link: _Place(BASE if root == "fixed" else self.body_name(root_link), *identity)}
-        if root == "free":
+        if root != "fixed":
             joint_name = _ROOT_JOINT if _ROOT_JOINT not in robot.joints else f"{_ROOT_JOINT}_free"
-            self.data["joints"][joint_name] = {"type": "free", "parent": BASE, "child": self.places[root_link].body}
+            kind = "free" if root == "free" else "fixed"
+            self.data["joints"][joint_name] = {"type": kind, "parent": BASE, "child": self.places[root_link].body}
         self.add_part(root_link)
         if root == "fixed":
             self.data["points"][root_link] = {"body": BASE}

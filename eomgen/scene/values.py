@@ -9,10 +9,10 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.evaluate import evaluate, symbols
-from eomgen.scene.formula import read_formula
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula_text import FormulaError
+from eomgen.scene.namespace import known_there, read_included
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
 from eomgen.scene.scene import Rotation, Vector
@@ -50,7 +50,7 @@ class Values:
         if not isinstance(value, str):
             return Number(value)
         try:
-            formula = read_formula(value, self.names, scope)
+            formula = read_included(value, self.names, scope)
         except FormulaError as error:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
@@ -65,7 +65,8 @@ class Values:
 
     def mentions_refused(self, text: str) -> bool:
         """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""
-        return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in self.refused)
+        refused = known_there(text, self.refused)
+        return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""

@@ -10,6 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from eomgen.scene.names import key_of, shown
+from eomgen.scene.namespace import Included
 from eomgen.scene.report import Report
 from eomgen.scene.schema import Document
 from eomgen.scene.schema_key import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
@@ -44,7 +45,7 @@ class _Converter:
 
     def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
         """Convert the values of a table; ``kind`` is the type of what is around it."""
-        kind = data.get("type", self.kind_of_joint(data) or kind)
+        kind = data.get("type", kind or self.kind_of_joint(data))
         result = dict(data)
         fields = fields_of(model)
         for name, (meaning, inner) in fields.items():
@@ -55,18 +56,17 @@ class _Converter:
                 result[name] = self.inner(inner, place, data[name], kind)
             elif meaning.unit or meaning.names is not None:
                 result[name] = self.value(_unit(meaning, kind, data.get("index")), place, data[name])
-        if any(meaning.unit == ANY_UNIT for meaning, _ in fields.values()):
-            self.label(key, data, result)
+            if meaning.unit == ANY_UNIT and "unit" in fields:
+                self.label(key, data, result, name)
         return result
 
-    def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any]) -> None:
+    def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
         """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is written."""
-        written = next((data[name] for name in ("value", "formula") if name in data), None)
+        written, number = data.get(name), result.get(name)
         label = data.get("unit", "")
         if not isinstance(label, str):
             return
         factors = _factors(label)
-        number = next((result[name] for name in ("value", "formula") if name in result), None)
         if isinstance(written, str) and isinstance(number, float):
             from eomgen.scene.unit_conversion import measure, to_si  # noqa: PLC0415
 
@@ -102,8 +102,10 @@ class _Converter:
 
     def value(self, unit: Units, key: str, value: Any, depth: int = 0) -> Any:
         """Convert every unit string in a value, which may be a list, a matrix or a table of numbers."""
+        if isinstance(value, Refused | Included):  # read with its own file
+            return value
         if isinstance(value, str):
-            return self.text(unit, key, value) if isinstance(unit, str) and is_quantity(value) else value
+            return self.text(unit, key, value) if is_quantity(value) else value
         if isinstance(value, list | tuple) and depth < _DEPTH:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
             return [self.value(units[place], f"{key}[{place}]", entry, depth + 1) for place, entry in enumerate(value)]
@@ -111,11 +113,13 @@ class _Converter:
             return {name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()}
         return value
 
-    def text(self, unit: str, key: str, text: str) -> float | Refused:
+    def text(self, unit: Units, key: str, text: str) -> float | Refused:
         from eomgen.scene.unit_conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
             quantity = read_quantity(text, self.known)
+            if not isinstance(unit, str):
+                raise UnitError(f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}")
             if unit:
                 return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
             what, hint = f"{shown(text)} has a unit, and a number without one is needed here", f"{float(quantity.number):.6g}"

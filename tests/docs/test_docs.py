@@ -51,7 +51,9 @@ def place(block: object) -> str | None:
     return f"{block.page}:{block.line}" if isinstance(block, Block) else None
 
 
-WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text)]
+#: Blocks that pieces need as files: their first line names the file.
+FILES = [block for language in ("csv", "toml") for block in blocks(language) if re.match(r"# \w+\.(csv|toml)\n", block.text)]
+WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text) and block not in FILES]
 PIECES = [block for block in blocks("toml") if "format" not in tomllib.loads(block.text)]
 EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")
 
@@ -81,11 +83,11 @@ def test_whole_scenes_are_derived(block: Block) -> None:
 @pytest.mark.parametrize("block", PIECES, ids=place)
 def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for table in blocks("csv"):
-        Path(table.text.split("\n", 1)[0].removeprefix("# ")).write_text(table.text, encoding="utf-8")
+    for file in FILES:
+        Path(file.text.split("\n", 1)[0].removeprefix("# ")).write_text(file.text, encoding="utf-8")
     data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
     for section, entries in piece.items():
-        data[section] = {**data.get(section, {}), **entries} if section in SECTIONS else entries
+        data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
     assert made.content != load_toml(EXAMPLE).content
     system = derive(made)

@@ -298,6 +298,8 @@ def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
     scene = read('initial = { position = [0, 0, "1 km"], velocity = ["60 rpm", 0, 0, 0, 0, "36 km/h"] }', free)
     assert scene.joints[0].initial_position[4:] == (0.0, 0.0, 1000.0)
     assert scene.joints[0].initial_velocity == (2 * math.pi, 0.0, 0.0, 0.0, 0.0, 10.0)
+    [found, *_] = problems('initial = { velocity = "3 m/s" }', free)
+    assert "'3 m/s' is one value, and 6 are needed here; try: units rad/s, rad/s, rad/s, m/s, m/s, m/s" in found
     effort = "[efforts.push]\njoint = 'hinge'\nindex = {}\neffort = '1 {}'"
     assert read(effort.format(5, "kN"), free).efforts[0].effort == Number(1000.0)
     assert "a torque in N m is expected" in problems(effort.format(2, "kN"), free)[0]

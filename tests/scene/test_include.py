@@ -1,0 +1,501 @@
+"""Included files: the scene that they make is the one written by hand, and every message points into the right file."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.errors import DescriptionError
+from eomgen.scene.formula_scope import Names
+from eomgen.scene.reader import load, load_toml
+from eomgen.scene.scene import Scene
+from eomgen.scene.schema import SECTIONS, Document
+from eomgen.scene.schema_key import fields_of, tables_of
+from tests.oracles.evaluation import tape_evaluator
+from tests.runtime.conftest import shared_cache
+from tests.scene.test_urdf import FILES, ROBOTS
+
+__all__ = ["shared_cache"]
+
+WHEEL = """\
+format = 1
+name = "wheel"
+gravity = [0, 0, -1.62]
+[parameters]
+stiffness = { value = 20000, unit = "N/m", tunable = true }
+mass = 30
+rest = "300 mm"
+[curves]
+bump = { bump = { length = 0.4, height = 0.05 } }
+[inputs]
+push = { formula = "0.1 * mass * sin(t) + bump(t)", unit = "N" }
+[bodies.hub]
+mass = "mass"
+[joints.travel]
+type = "prismatic"
+parent = "base"
+child = "hub"
+axis = [0, 0, 1]
+position = [0, 0, "-rest"]
+damping = "2 * sqrt(stiffness * mass)"
+[points.top]
+body = "base"
+[points.center]
+body = "hub"
+[springs.coil]
+first = "top"
+second = "center"
+stiffness = "stiffness"
+length = "rest"
+[efforts.push]
+joint = "travel"
+effort = "push - 0.1 * v.travel * velocity.center[2] * (t > 1)"
+[outputs]
+height = { formula = ["position.center[2]", "tension.coil + energy.total"] }
+"""
+CAR = """\
+format = 1
+name = "car"
+[parameters]
+spring_rate = { value = "25 kN/m", unit = "N/m", tunable = true }
+[bodies.chassis]
+mass = 400
+inertia = [100, 110, 120]
+[joints.heave]
+type = "prismatic"
+parent = "base"
+child = "chassis"
+axis = [0, 0, 1]
+"""
+LEFT = """\
+[include.left]
+file = "wheel.toml"
+parent = "chassis"
+position = [0, "0.7 m", 0]
+rotation = [{ axis = [1, 0, 0], angle = "10 deg" }]
+parameters = { stiffness = "spring_rate", mass = "25 kg" }
+"""
+RIGHT = """\
+[include.right]
+file = "wheel.toml"
+prefix = "r_"
+parent = "chassis"
+"""
+#: What LEFT makes of WHEEL, written by hand.
+BY_HAND = """\
+[parameters.left_mass]
+value = 25
+[parameters.left_rest]
+value = 0.3
+unit = "m"
+[curves]
+left_bump = { bump = { length = 0.4, height = 0.05 } }
+[inputs]
+left_push = { formula = "0.1 * left_mass * sin(t) + left_bump(t)", unit = "N" }
+[bodies.left_base]
+mass = 0
+[bodies.left_hub]
+mass = "left_mass"
+[joints.left_base]
+type = "fixed"
+parent = "chassis"
+child = "left_base"
+position = [0, 0.7, 0]
+rotation = [{ axis = [1, 0, 0], angle = "10 * pi / 180" }]
+[joints.left_travel]
+type = "prismatic"
+parent = "left_base"
+child = "left_hub"
+axis = [0, 0, 1]
+position = [0, 0, "-left_rest"]
+damping = "2 * sqrt(spring_rate * left_mass)"
+[points.left_top]
+body = "left_base"
+[points.left_center]
+body = "left_hub"
+[springs.left_coil]
+first = "left_top"
+second = "left_center"
+stiffness = "spring_rate"
+length = "left_rest"
+[efforts.left_push]
+joint = "left_travel"
+effort = "left_push - 0.1 * v.left_travel * velocity.left_center[2] * (t > 1)"
+[outputs]
+left_height = { formula = ["position.left_center[2]", "tension.left_coil + energy.total"] }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "wheel.toml").write_text(WHEEL, encoding="utf-8")
+    return tmp_path
+
+
+def made(folder: Path, text: str, name: str = "car.toml") -> Scene:
+    (folder / name).write_text(text, encoding="utf-8")
+    return load(folder / name)
+
+
+def problems(folder: Path, text: str, name: str = "car.toml") -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        made(folder, text, name)
+    assert str(caught.value).isascii()
+    return [str(problem) for problem in caught.value.problems]
+
+
+def same(one: Any, other: Any) -> bool:
+    """Tell whether two parts of scenes are equal; curves hold arrays, so they are compared by what they say."""
+    return repr(one) == repr(other)
+
+
+# -- the scene that is made --------------------------------------------------------------------------------------------
+
+
+def test_an_include_is_what_would_be_written_by_hand(folder: Path) -> None:
+    found, expected = made(folder, CAR + LEFT), load_toml(CAR + BY_HAND)
+    for field in dataclasses.fields(Scene):
+        if field.name not in ("content", "source", "notes", "joints"):
+            assert same(getattr(found, field.name), getattr(expected, field.name)), field.name
+    for mine, theirs in zip(found.joints, expected.joints, strict=True):
+        np.testing.assert_allclose(mine.orientation, theirs.orientation, atol=1e-15)
+        assert dataclasses.replace(mine, orientation=theirs.orientation) == theirs
+
+
+def test_a_place_is_a_rigid_motion(folder: Path) -> None:
+    """An upright and shifted wheel, against one whose joint and points are shifted by hand, without a frame between."""
+    shifted = LEFT.replace('rotation = [{ axis = [1, 0, 0], angle = "10 deg" }]\n', "")
+    by_hand = BY_HAND.replace("position = [0, 0, ", "position = [0, 0.7, ")
+    by_hand = by_hand.replace('top]\nbody = "left_base"', 'top]\nbody = "chassis"\nposition = [0, 0.7, 0]')
+    by_hand = by_hand.replace('parent = "left_base"', 'parent = "chassis"').replace("[bodies.left_base]\nmass = 0\n", "")
+    start, end = by_hand.index("[joints.left_base]"), by_hand.index("[joints.left_travel]")
+    by_hand = by_hand[:start] + by_hand[end:]
+    systems = [eomgen.derive(scene) for scene in (made(folder, CAR + shifted), load_toml(CAR + by_hand))]
+    assert systems[0].counts["inverse_dynamics"] == systems[1].counts["inverse_dynamics"]
+    rng = np.random.default_rng(1)
+    state = {name: rng.normal(size=(5, 2)) for name in ("q", "v", "a")}
+    state |= {"t": np.full((5, 1), 0.3), "u": rng.normal(size=(5, 1)), "p": np.full((5, 1), 25000.0)}
+    taus = [next(iter(tape_evaluator(system)("inverse_dynamics", state).values())) for system in systems]
+    np.testing.assert_allclose(taus[0], taus[1], rtol=1e-12)
+
+
+def test_without_a_place_the_parent_itself_is_the_base(folder: Path) -> None:
+    scene = made(folder, CAR + RIGHT)
+    assert [body.name for body in scene.bodies] == ["chassis", "r_hub"]
+    assert scene.joints[1].parent == "chassis" and scene.points[0].body == "chassis"
+    assert [item.name for item in scene.parameters] == ["spring_rate", "r_stiffness", "r_mass", "r_rest"]
+    assert scene.parameters[1].tunable and not scene.parameters[2].tunable
+
+
+def test_twice_the_same_file(folder: Path) -> None:
+    scene = made(folder, CAR + LEFT + RIGHT + '[outputs]\nboth = { formula = "q.left_travel - q.r_travel" }\n')
+    assert [joint.name for joint in scene.joints] == ["heave", "left_base", "left_travel", "r_travel"]
+    assert [item.name for item in scene.outputs] == ["both", "left_height", "r_height"]
+    assert scene.source["springs.left_coil.stiffness"] == scene.source["springs.r_coil.stiffness"] == "wheel.toml:28"
+    assert scene.source["joints.left_base.position"] == "car.toml:16"
+    assert scene.notes == ("wheel.toml: its gravity is left out, that of the scene which includes it holds",) * 2
+
+
+def test_an_included_scene_runs(folder: Path) -> None:
+    model = eomgen.build(made(folder, CAR + LEFT + RIGHT), terms=["forward_dynamics"], profile="quick")
+    run = model.simulate(0.01, 1e-3, method="rk4", parameters={"spring_rate": "30 kN/m"})
+    assert run.success and run.q.shape == (11, 3)
+
+
+def test_includes_within_includes(folder: Path) -> None:
+    (folder / "axles").mkdir()
+    (folder / "axles" / "axle.toml").write_text(
+        """\
+format = 1
+name = "axle"
+[parameters]
+rate = 1000
+load = 2
+[bodies.beam]
+mass = 10
+inertia = [1, 1, 1]
+[joints.roll]
+type = "revolute"
+parent = "base"
+child = "beam"
+axis = [1, 0, 0]
+[include.end]
+file = "../wheel.toml"
+parent = "beam"
+position = [0, "load", 0]
+parameters = { stiffness = "2 * rate", mass = "load" }
+""",
+        encoding="utf-8",
+    )
+    text = '[include.front]\nfile = "axles/axle.toml"\nparameters = { rate = "spring_rate / 2", load = 3 }\n'
+    scene = made(folder, CAR + text)
+    assert [body.name for body in scene.bodies] == ["chassis", "front_beam", "front_end_base", "front_end_hub"]
+    assert {item.name for item in scene.parameters} == {"spring_rate", "front_load", "front_end_rest"}
+    by_hand = load_toml(
+        'format = 1\nname = "x"\n[parameters]\nspring_rate = { value = 1, tunable = true }\nfront_load = 3\n'
+        '[bodies.b]\nmass = 1\n[joints.j]\ntype = "prismatic"\nparent = "base"\nchild = "b"\naxis = [0, 0, 1]\n'
+        'stiffness = "2 * (spring_rate / 2)"\nrest = "front_load"\n'
+    ).joints[0]
+    assert scene.springs[0].stiffness == by_hand.stiffness
+    assert scene.joints[2].position[1] == scene.bodies[3].mass == by_hand.rest
+    assert scene.source["joints.front_end_travel"] == "wheel.toml:14"
+    assert scene.source["joints.front_roll"] == "axle.toml:9"
+
+
+def test_tables_are_found_from_the_file_that_names_them(folder: Path) -> None:
+    (folder / "parts").mkdir()
+    (folder / "parts" / "bumps.csv").write_text("x,y\n0,0\n1,0.5\n2,0\n", encoding="utf-8")
+    part = WHEEL.replace("bump = { bump = { length = 0.4, height = 0.05 } }", 'bump = { table = { file = "bumps.csv" } }')
+    (folder / "parts" / "part.toml").write_text(part, encoding="utf-8")
+    scene = made(folder, CAR + '[include.a]\nfile = "parts/part.toml"\n')
+    assert [curve.name for curve in scene.curves] == ["a_bump"]
+    (folder / "parts" / "bumps.csv").write_text("x,y\n0,0\n1,0.6\n2,0\n", encoding="utf-8")
+    assert load(folder / "car.toml").content != scene.content
+
+
+def test_the_cache_sees_what_is_in_included_files(folder: Path) -> None:
+    first = made(folder, CAR + LEFT).content
+    assert made(folder, CAR + LEFT + "# a comment\n").content == first
+    (folder / "wheel.toml").write_text(WHEEL.replace("0.1 * mass", "0.2 * mass"), encoding="utf-8")
+    second = load(folder / "car.toml").content
+    (folder / "wheel.toml").write_text(WHEEL, encoding="utf-8")
+    third = made(folder, CAR + LEFT.replace('stiffness = "spring_rate"', 'stiffness = "2 * spring_rate"')).content
+    assert len({first, second, third}) == 3
+    assert b"include" not in load_toml(CAR).content
+
+
+def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    builder = eomgen.SceneBuilder("car").parameter("spring_rate", "25 kN/m", unit="N/m", tunable=True)
+    builder.body("chassis", mass=400, inertia=[100, 110, 120]).joint("heave", "prismatic", "base", "chassis", axis=[0, 0, 1])
+    builder.include(
+        "left", "wheel.toml", parent="chassis", position=[0, "0.7 m", 0], rotation=[([1, 0, 0], "10 deg")],
+        parameters={"stiffness": "spring_rate", "mass": "25 kg"},
+    )  # fmt: skip
+    found, expected = builder.build(), made(folder, CAR + LEFT)
+    assert (found.joints, found.springs, found.parameters) == (expected.joints, expected.springs, expected.parameters)
+    builder.include("left", "wheel.toml")
+    with pytest.raises(DescriptionError, match=r"test_include\.py:\d+ \(include\.left\): this was given before"):
+        builder.build()
+
+
+# -- robots ------------------------------------------------------------------------------------------------------------
+
+PLATFORM = """\
+format = 1
+name = "mobile"
+[bodies.platform]
+mass = 120
+inertia = [10, 20, 30]
+[joints.drive]
+type = "prismatic"
+parent = "base"
+child = "platform"
+axis = [1, 0, 0]
+[include.arm]
+file = "robot.urdf"
+parent = "platform"
+position = ["100 mm", 0.2, 0.3]
+rotation = [{ axis = [0, 0, 1], angle = 0.4 }, { axis = [0, 1, 0], angle = 0.3 }, { axis = [1, 0, 0], angle = -0.2 }]
+"""
+#: The same for Pinocchio, whose angles are those of rotations about x, y, z of fixed axes: intrinsic z, y, x.
+_PLATFORM_URDF = """\
+<link name="ground"/>
+<link name="platform"><inertial><mass value="120"/>
+<inertia ixx="10" iyy="20" izz="30" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="drive" type="prismatic"><parent link="ground"/><child link="platform"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="mount" type="fixed"><parent link="platform"/><child link="{root}"/>
+<origin xyz="0.1 0.2 0.3" rpy="-0.2 0.3 0.4"/></joint>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(("robot", "root"), [("ur5", "world"), ("panda", "panda_link0")])
+def test_a_robot_on_a_moving_platform_agrees_with_pinocchio(folder: Path, robot: str, root: str) -> None:
+    urdf = (ROBOTS / FILES[robot]).read_text(encoding="utf-8")
+    (folder / "robot.urdf").write_text(urdf, encoding="utf-8")
+    scene = made(folder, PLATFORM)
+    system = eomgen.derive(scene, terms=["mass", "inverse_dynamics"])
+    model = pin.buildModelFromXML(urdf.replace("</robot>", _PLATFORM_URDF.format(root=root)))
+    data = model.createData()
+    moving = [joint.name.removeprefix("arm_") for joint in scene.joints if joint.type != "fixed"]
+    assert sorted(moving) == sorted(model.names[1:]) and model.nq == model.nv == system.nv
+    order = [model.joints[model.getJointId(name)].idx_v for name in moving]
+    rng = np.random.default_rng(3)
+    for _ in range(3):
+        q, v, a = rng.normal(size=(3, system.nv))
+        theirs = np.zeros((3, model.nv))
+        theirs[:, order] = q, v, a
+        state = {"q": q[np.newaxis], "v": v[np.newaxis], "a": a[np.newaxis], "t": np.zeros((1, 1))}
+        found = tape_evaluator(system)
+        M = next(iter(found("mass", state).values()))[0]
+        expected = pin.crba(model, data, theirs[0])
+        expected = np.triu(expected) + np.triu(expected, 1).T
+        np.testing.assert_allclose(M, expected[np.ix_(order, order)], atol=1e-9)
+        tau = next(iter(found("inverse_dynamics", state).values()))[0]
+        damping = np.array([_damping(scene, name) for name in moving])
+        np.testing.assert_allclose(tau - damping * v, pin.rnea(model, data, *theirs)[order], atol=1e-8)
+
+
+def _damping(scene: Scene, name: str) -> float:
+    (joint,) = [joint for joint in scene.joints if joint.name.removeprefix("arm_") == name]
+    return getattr(joint.damping, "value", 0.0)
+
+
+def test_options_of_a_robot(folder: Path) -> None:
+    (folder / "robot.urdf").write_text((ROBOTS / FILES["panda"]).read_text(encoding="utf-8"), encoding="utf-8")
+    scene = made(folder, PLATFORM + 'lock = ["panda_finger_joint1", "panda_finger_joint2"]\nroot = "free"\n')
+    assert [joint.type for joint in scene.joints].count("revolute") == 7
+    assert [(joint.name, joint.parent) for joint in scene.joints if joint.type == "free"] == [("arm_root_joint", "arm_base")]
+    assert any(note.startswith("robot.urdf: joints locked at zero: panda_finger_joint1") for note in scene.notes)
+    [found] = problems(folder, PLATFORM + 'lock = ["panda_finger"]\n')
+    assert found.startswith("car.toml:16 (include.arm.lock): robot.urdf has no joint 'panda_finger' to lock; try: panda_finger")
+    [found] = problems(folder, PLATFORM + "parameters = { mass = 3 }\n")
+    assert found == "car.toml:16 (include.arm.parameters.mass): 'robot.urdf' has no parameter 'mass'; try: without parameters"
+
+
+# -- messages ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('file = "wheel.toml"', 'file = "whel.toml"', "car.toml:14 (include.left.file): 'whel.toml' cannot be read: No such "
+                                                      "file or directory; try: a path from the folder of car.toml"),
+        ('file = "wheel.toml"', 'file = "."', "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
+                                              "try: a .toml scene or a .urdf file"),
+        ('file = "wheel.toml"', 'file = "a\\u0000.toml"', "car.toml:14 (include.left.file): 'a\\x00.toml' is not a path"),
+        ('file = "wheel.toml"', 'file = "car.toml"', "car.toml:14 (include.left.file): files include one another in a circle: "
+                                                     "car.toml, car.toml; try: one of them without the include"),
+        ('file = "wheel.toml"', "fil = 3", "car.toml:13 (include.left.file): the key file is missing; try: file = ..."),
+        ('"chassis"', '"chasis"', "car.toml:15 (include.left.parent): there is no body 'chasis'; try: chassis"),
+        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m is expected"),
+        ('mass = "25 kg"', 'mas = "25 kg"', "car.toml:18 (include.left.parameters.mas): 'wheel.toml' has no parameter 'mas'"),
+        ('"spring_rate"', '"25 kN"', "car.toml:18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is "
+                                     "expected; try: \"25000 N/m\""),
+        ('"spring_rate"', '"spring_rat"', "car.toml:18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column "
+                                          "1); try: spring_rate"),
+        ('"spring_rate"', '"2 * t"', "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); "
+                                     "try: parameters only"),
+        ('"spring_rate"', "[1]", "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed here"),
+        ('parent = "ch', 'prefix = "9 x"\nparent = "ch', "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; "
+                                                         'try: prefix = "left_"'),
+        ('parent = "ch', 'root = "free"\nparent = "ch', "car.toml:15 (include.left.root): root is for URDF only; "
+                                                        "try: the joint in the included file"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message: str) -> None:
+    assert old in LEFT
+    found = problems(folder, CAR + LEFT.replace(old, new, 1))
+    assert found[0].startswith(message)
+    assert len(found) == 1 or "fil" in new
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"2 * sqrt(stiffness', '"2 * sqrt(stifness', "wheel.toml:20 (joints.left_travel.damping): unknown name 'stifness' "
+                                                      "(column 10); try: stiffness"),
+        ("v.travel", "v.heave", "wheel.toml:32 (efforts.left_push.effort): v.heave: there is no joint 'heave'"),
+        ("sin(t)", "sin(t) * spring_rate", "wheel.toml:11 (inputs.left_push.formula): unknown name 'spring_rate' (column 23)"),
+        ('body = "hub"', 'body = "chassis"', "wheel.toml:24 (points.left_center.body): there is no body 'chassis in wheel.toml'"),
+        ("axis = [0, 0, 1]", 'axis = ["stiffness", 0, 1]', "wheel.toml:18 (joints.left_travel.axis[0]): the tunable parameter "
+                                                           "'stiffness' cannot be used here (column 1)"),
+        ('mass = "mass"', "mass = true", "wheel.toml:13 (bodies.left_hub.mass): a number or a formula is needed here"),
+        ('mass = "mass"', "mass = 1\nmas = 3", "wheel.toml:14 (bodies.left_hub.mas): the key 'mas' is unknown here; try: mass"),
+        ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg is expected"),
+        ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
+        ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
+        ("format = 1\n", "", "wheel.toml (format): the key format is missing; try: format = 1"),
+        ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
+        ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value pair"),
+        ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_an_included_file(folder: Path, old: str, new: str, message: str) -> None:
+    assert old in WHEEL
+    (folder / "wheel.toml").write_text(WHEEL.replace(old, new, 1), encoding="utf-8")
+    found = problems(folder, CAR + LEFT)
+    assert found[0].startswith(message), found
+
+
+def test_circles_are_named(folder: Path) -> None:
+    for one, other in itertools.pairwise(("a.toml", "b.toml", "c.toml", "a.toml")):
+        (folder / one).write_text(f'format = 1\nname = "x"\n[include.next]\nfile = "{other}"\n', encoding="utf-8")
+    [found] = problems(folder, CAR + '[include.first]\nfile = "a.toml"\n')
+    assert found == (
+        "c.toml:4 (include.next.file): files include one another in a circle: a.toml, b.toml, c.toml, a.toml; "
+        "try: one of them without the include"
+    )
+
+
+def test_includes_without_end_are_refused(folder: Path) -> None:
+    for number in range(25):
+        text = "".join(f'[include.{name}]\nfile = "{number + 1}.toml"\n' for name in "ab")
+        (folder / f"{number}.toml").write_text(f'format = 1\nname = "x"\n{text}', encoding="utf-8")
+    found = problems(folder, CAR + '[include.first]\nfile = "0.toml"\n')
+    assert "more than 1000 files, or more than 20 within one another, are included; try: fewer of them" in found[0]
+
+
+def test_names_given_twice_are_named_with_both_places(folder: Path) -> None:
+    clash = CAR + RIGHT + '[points.r_top]\nbody = "chassis"\n[include.other]\nfile = "wheel.toml"\nprefix = "r_"\n'
+    found = problems(folder, clash)
+    assert found[0] == (
+        "car.toml:13 (include.right): the name r_top in points is given twice, at car.toml:17 and at wheel.toml:21; "
+        'try: another prefix than "r_"'
+    )
+    twice = "car.toml:19 (include.other): the name r_stiffness in parameters is given twice, at wheel.toml:5 and at wheel.toml:5"
+    assert found[1].startswith(twice)
+    plain = CAR + RIGHT.replace('"r_"', '""') + '[inputs]\nmass = {}\n'
+    assert problems(folder, plain)[0].startswith("car.toml:18 (inputs.mass): the name mass is both a parameter and an input")
+
+
+def test_the_section_is_a_table(folder: Path) -> None:
+    text = CAR.replace('name = "car"', 'name = "car"\ninclude = "wheel.toml"')
+    assert problems(folder, text) == [
+        "car.toml:3 (include): a table is needed here, not 'wheel.toml'; try: [include.left] and file = \"left.toml\""
+    ]
+
+
+def test_the_command_line_says_it_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "car.toml").write_text(CAR + LEFT.replace("wheel.toml", "whel.toml"), encoding="utf-8")
+    assert main(["info", str(folder / "car.toml")]) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("description error: car.toml:14 (include.left.file): 'whel.toml' cannot be read")
+    assert captured.err.count("\n") == 1
+
+
+# -- nothing is forgotten ----------------------------------------------------------------------------------------------
+
+#: Keys whose texts are no names of entries.
+_PLAIN = {"name", "description", "unit", "method", "energy", "file", "prefix", "parameters", "lock", "argument", "value"}
+
+
+def test_every_key_that_names_an_entry_says_so() -> None:
+    """A name that is not renamed would point out of an included file."""
+    silent = [
+        f"{name}.{key}: key(..., refers=...) of schema_key, or a place in _PLAIN"
+        for name, model in tables_of(Document).items()
+        for key, (meaning, inner) in fields_of(model).items()
+        if inner is None and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN)
+        if str in _types(next(f.annotation for n, f in model.model_fields.items() if (f.alias or n) == key))
+    ]
+    assert silent == []
+
+
+def _types(annotation: Any) -> set[Any]:
+    return {annotation}.union(*(_types(part) for part in get_args(annotation) if isinstance(part, type) or get_args(part)))
+
+
+def test_every_kind_of_name_in_formulas_has_its_section() -> None:
+    assert {field.name for field in dataclasses.fields(Names)} - {"controllers"} <= set(SECTIONS)
