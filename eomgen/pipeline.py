@@ -14,6 +14,7 @@ from eomgen.scene.names import nearest, shown
 from eomgen.scene.scene import TERMS, Scene
 
 if TYPE_CHECKING:
+    from eomgen.build.builder import Builder
     from eomgen.build.library import Library
     from eomgen.codegen.program import Program
     from eomgen.integrators.methods import Method
@@ -234,6 +235,12 @@ def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: st
     found = builder.find(content)
     if found is not None:
         return found
+    with builder.claim(content):
+        return builder.find(content) or _made(scene, terms, method, builder, content)
+
+
+def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Builder, content: bytes) -> Library:
+    """Return the library of a scene, derived and compiled."""
     from eomgen.codegen.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.layout import interface_layout  # noqa: PLC0415
     from eomgen.codegen.render import generate_files, generate_interface  # noqa: PLC0415

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -94,6 +95,10 @@ class Builder:
             self.cache.quarantine(key)
             return None
 
+    def claim(self, content: bytes) -> AbstractContextManager[None]:
+        """Return the right to make the library of these content bytes: of many processes one makes it, and others wait."""
+        return self.cache.claim(self.key(content))
+
     def build(self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any]) -> Library:
         """Compile files, keep the result under these content bytes, and load it.
 
@@ -137,15 +142,17 @@ class Builder:
         content = "\0".join((self.compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
         key = hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
         entry = self.cache.get(key)
-        if entry is None:
+        if entry is not None:
+            return entry.file("wrapper.o")
 
-            def fill(folder: Path) -> None:
-                (folder / "interface.h").write_text(header, encoding="utf-8")
-                source = folder / "wrapper.c"
-                source.write_text(wrapper_source(cdef, "interface.h"), encoding="utf-8")
-                compile_object(self.compiler, source, ("-O1", f"-I{headers}"))
+        def fill(folder: Path) -> None:
+            (folder / "interface.h").write_text(header, encoding="utf-8")
+            source = folder / "wrapper.c"
+            source.write_text(wrapper_source(cdef, "interface.h"), encoding="utf-8")
+            compile_object(self.compiler, source, ("-O1", f"-I{headers}"))
 
-            entry = self.cache.put(key, fill)
+        with self.cache.claim(key):
+            entry = self.cache.get(key) or self.cache.put(key, fill)
         return entry.file("wrapper.o")
 
     def _load(self, entry: Entry) -> Library:

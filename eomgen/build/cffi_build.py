@@ -54,7 +54,7 @@ def load_api(path: Path) -> tuple[Any, Any]:
         module = importlib.util.module_from_spec(spec)
         loader.exec_module(module)
     except (ImportError, OSError, SystemError) as error:
-        raise ToolchainError(f"the compiled library {path} cannot be loaded: {error}", "building again") from error
+        raise unloadable(path, error) from error
     return module.ffi, module.lib
 
 
@@ -67,4 +67,11 @@ def load_abi(path: Path, cdef: str) -> tuple[Any, Any]:
     try:
         return ffi, ffi.dlopen(str(path))
     except OSError as error:
-        raise ToolchainError(f"the compiled library {path} cannot be loaded: {error}", "building again") from error
+        raise unloadable(path, error) from error
+
+
+def unloadable(path: Path, error: Exception) -> ToolchainError:
+    """Return what to say of a library that cannot be loaded."""
+    where_nothing_runs = "failed to map segment" in str(error)  # what the loader says of a file system mounted noexec
+    hint = "EOMGEN_CACHE=<a folder on a file system from which programs may run>" if where_nothing_runs else "building again"
+    return ToolchainError(f"the compiled library {path} cannot be loaded: {error}", hint)

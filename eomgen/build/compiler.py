@@ -6,24 +6,31 @@ import contextlib
 import hashlib
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import threading
 import time
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from eomgen.errors import Problem, ToolchainError
+from eomgen.errors import FileError, Problem, ToolchainError
 
 CANDIDATES = ("cc", "gcc", "clang")
 DEFAULT_TIMEOUT = 900.0
 
+#: What compilers, assemblers and linkers say where a disk, a quota or a limit of file sizes is at its end.
+_FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
+_COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
+_WIDEST = 400
 _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -70,11 +77,13 @@ class Compiler:
     def version(self) -> str:
         """First line of ``cc --version``."""
         try:
-            result = subprocess.run([*self.command, "--version"], capture_output=True, text=True, timeout=20, check=False)
+            result = subprocess.run(
+                [*self.command, "--version"], capture_output=True, encoding="utf-8", errors="replace", timeout=20, check=False
+            )  # fmt: skip
         except (OSError, subprocess.TimeoutExpired) as error:
             raise ToolchainError(f"the C compiler {self.path} does not run: {error}", "another one with CC=...") from error
         lines = (result.stdout or result.stderr).splitlines()
-        return lines[0] if lines else "unknown version"
+        return printable(lines[0]) if lines else "unknown version"
 
 
 def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
@@ -116,10 +125,16 @@ def install_hint() -> str:
         return "xcode-select --install"
     if sys.platform == "win32":
         return "a MinGW-w64 gcc on the path"
-    for tool, command in (("apt-get", "apt install gcc libc6-dev"), ("dnf", "dnf install gcc"), ("apk", "apk add gcc musl-dev")):
+    tools = {"apt-get": "apt-get install -y gcc libc6-dev", "dnf": "dnf install -y gcc", "apk": "apk add gcc musl-dev"}
+    for tool, command in tools.items():
         if shutil.which(tool):
-            return command
+            return as_root(command)
     return "the package of your system that holds gcc or clang"
+
+
+def as_root(command: str) -> str:
+    """Return a command as this user has to call it to do what only root may."""
+    return command if not hasattr(os, "geteuid") or os.geteuid() == 0 else f"sudo {command}"
 
 
 def processor() -> str:
@@ -209,6 +224,14 @@ def _link_flags() -> list[str]:
     return ["-shared", "-Wl,-Bsymbolic"]
 
 
+def printable(text: str) -> str:
+    """Return what a program said without colours, and with all other characters that steer a terminal written out."""
+    plain = _COLOURS.sub("", text)
+    kept = (c if c in "\n\t" or unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in plain)
+    lines = "".join(kept).split("\n")
+    return "\n".join(line if len(line) <= _WIDEST else f"{line[:_WIDEST]} ..." for line in lines)
+
+
 def library_suffix() -> str:
     """Return the suffix of an extension module of this Python."""
     return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
@@ -218,8 +241,8 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: _Running 
     where = f"C compiler, sources kept in {made.parent}"
     try:
         with subprocess.Popen(
-            list(command), cwd=made.parent, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            errors="replace",
+            list(command), cwd=made.parent, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            encoding="utf-8", errors="replace", env={**os.environ, "LC_ALL": "C"},
         ) as process, (running or _Running()).watched(process):  # fmt: skip
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
@@ -234,7 +257,11 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: _Running 
         ) from error
     except OSError as error:
         raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error
-    said = "\n".join((complaints or output).splitlines()[-20:]) or "(it said nothing)"
+    said = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
+    if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
+        what = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
+        hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
+        raise FileError(Problem(str(made.parent.parent), what, hint))
     if process.returncode == 0 and not made.is_file():
         what = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{said}\n"
         raise ToolchainError(Problem(where, what, "another compiler with CC=..."))

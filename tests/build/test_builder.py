@@ -13,8 +13,6 @@ from eomgen.build import builder as builder_module
 from eomgen.build import cffi_build
 from eomgen.build.builder import Builder
 from eomgen.build.cache import Cache
-from eomgen.build.compiler import find_compiler
-from eomgen.build.doctor import examine
 from eomgen.build.library import Library
 from eomgen.errors import ToolchainError, UsageError
 
@@ -189,19 +187,3 @@ def test_a_file_that_is_no_library_is_reported(tmp_path: Path) -> None:
 def test_unknown_number_types_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ToolchainError, match="no number type 'quad'; try: one of double, float, complex, lanes"):
         Builder("quick", "quad", cache=Cache(tmp_path))
-
-
-def test_the_doctor_finds_this_machine_sound_and_a_bare_one_ill(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
-    checks = {check.name: check for check in examine()}
-    assert all(check.ok for check in checks.values()), [check for check in checks.values() if not check.ok]
-    assert find_compiler().version in checks["compiler"].found
-    assert checks["cache"].found == str(tmp_path)
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setenv("EOMGEN_CACHE", "/proc/nowhere")
-    ill = {check.name: check for check in examine() if not check.ok}
-    assert ill["compiler"].found.startswith("no C compiler found")
-    assert ill["compiler"].remedy != ""
-    assert "cannot be written" in ill["cache"].found
-    assert ill["cache"].remedy.startswith("export EOMGEN_CACHE")

@@ -112,9 +112,12 @@ def test_processes_that_race_all_get_a_whole_entry(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_replaced_with_a_warning(tmp_path: Path) -> None:
     occupied = tmp_path / "file"
     occupied.write_text("", encoding="utf-8")
-    with pytest.warns(RuntimeWarning, match=r"the cache .*file cannot be written .* Set EOMGEN_CACHE"):
-        cache = Cache(occupied)
-    assert cache.put("key", fill()).text("data.txt") == "content"
+    cache = Cache(occupied)  # nothing is said as long as nothing is to be built
+    assert cache.get("key") is None
+    with pytest.warns(RuntimeWarning, match=r"the cache .*file cannot be written .* Set EOMGEN_CACHE") as warned:
+        assert cache.put("key", fill()).text("data.txt") == "content"
+        assert cache.put("other", fill()).text("data.txt") == "content"
+    assert len(warned) == 1 and cache.get("key") is not None
     cache.clear()
 
 
