@@ -226,6 +226,24 @@ def quarter_car_on_bump() -> None:
     save(figure, "quarter_car_on_bump")
 
 
+def half_car_on_measured_road() -> None:
+    run = simulated("half_car_on_measured_road")
+    near = (run.t > 3.5) & (run.t < 6.0)
+    distance, road = 10.0 * run.t[near], 1e3 * run.outputs["road"][near]
+    body, wheels = run.outputs["body"][near], 1e3 * run.outputs["wheels"][near]
+    figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.5, 4.6), sharex=True, layout="constrained")
+    top.plot(distance, road[:, 0], color="black", linewidth=0.8, label="road under the front wheel")
+    for index, (label, colour) in enumerate((("front wheel", BLUE), ("rear wheel", VERMILION))):
+        top.plot(distance, wheels[:, index], color=colour, linestyle=("-", "--")[index], linewidth=1.1, label=label)
+    top.set(ylabel="height, mm", xlim=(35, 60), ylim=(-25, 95))
+    top.legend(frameon=False, ncols=3, loc="upper right")
+    bottom.plot(distance, 1e3 * body[:, 0], color=GREEN, linewidth=1.1, label="heave of the body, mm")
+    bottom.plot(distance, 1e3 * body[:, 1], color="#CC79A7", linestyle="--", linewidth=1.1, label="pitch of the body, mrad")
+    bottom.set(ylim=(-6, 22), ylabel="mm, mrad", xlabel="place of the front wheel on the road, m")
+    bottom.legend(frameon=False, ncols=2, loc="upper right")
+    save(figure, "half_car_on_measured_road")
+
+
 def robot_arm() -> None:
     model = eomgen.build(FOLDER / "robot_arm" / "scene.toml")
     t = np.linspace(0.0, 1.0, 1001)[:, np.newaxis]
@@ -262,6 +280,7 @@ def main() -> int:
         free_spinning_body,
         quarter_car,
         quarter_car_on_bump,
+        half_car_on_measured_road,
         robot_arm,
     )
     for draw in drawings:
