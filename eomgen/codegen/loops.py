@@ -41,7 +41,7 @@ def program_loop(tape: Tape, number: int) -> ProgramLoop:
     )
 
 
-def runs(places: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int, int, int, int]]:
+def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
     """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
     start = 0
     while start < len(places):
@@ -52,7 +52,7 @@ def runs(places: Sequence[tuple[int, int]]) -> Iterator[tuple[int, int, int, int
             while end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step:
                 end += 1
         length = end - start
-        if length < RUN_FROM:
+        if length < shortest:
             end, length, step = start + 1, 1, (0, 0)
         yield (*places[start], *step, length)
         start = end

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import accumulate
 
-from eomgen.symbolic.tape import LEAVES, UNARY, Op, Ref, Tape
+from eomgen.codegen.rolling import Roll, operands
+from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
 
-_ARITY = [2] * (max(Op) + 1)
-for _op in UNARY:
-    _ARITY[_op] = 1
-_ARITY[Op.SELECT] = 3
-_ARITY[Op.CURVE] = 1
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP
-
-
-def operands(tape: Tape, node: int) -> tuple[int, ...]:
-    """Return the operand references of an operation that is no result of a Map (faster than ``Tape.operands``)."""
-    arity = _ARITY[tape.op[node]]
-    if arity == 2:
-        return (tape.a[node], tape.b[node])
-    return (tape.a[node],) if arity == 1 else (tape.a[node], tape.b[node], tape.c[node])
 
 
 class Plan:
@@ -33,23 +22,37 @@ class Plan:
     part_of, last_part : the part that computes an operation, and the last one that reads it.
     uses : how often an operation is read or stored.
     stores : where an operation is stored: output number, component, sign.
+    rolls : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
+    read_outside : operations of loops that are read outside of their loop.
     """
 
-    def __init__(self, tape: Tape, outputs: Sequence[Sequence[Ref]], part_limit: int) -> None:
+    def __init__(
+        self, tape: Tape, outputs: Sequence[Sequence[Ref]], part_limit: int, roll: Callable[[Tape, Sequence[int]], list[Roll]]
+    ) -> None:
         self.tape = tape
         self.live = [node for node in tape.live(ref for refs in outputs for ref in refs) if tape.op[node] not in LEAVES]
+        self.rolls = {loop.turns[0][0]: loop for loop in roll(tape, self.live)}
+        self.head = {node: head for head, loop in self.rolls.items() for turn in loop.turns for node in turn}
         leader = self._leaders()
-        self.order = [node for node in self.live if node not in leader]
+        self.order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
-        self.parts = max(1, -(-len(self.order) // part_limit))
-        self.length = max(1, -(-len(self.order) // self.parts))
-        self.part_of = {node: position // self.length for position, node in enumerate(self.order)}
+        weights = [self.weight(node) for node in self.order]
+        self.parts = max(1, -(-sum(weights) // part_limit))
+        length = max(1, -(-sum(weights) // self.parts))
+        before = accumulate(weights, initial=0)
+        self.part_of = {node: begun // length for node, begun in zip(self.order, before, strict=False)}
+        self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
+        for node in self.order:
+            self.by_part[self.part_of[node]].append(node)
+        for node, head in self.head.items():
+            self.part_of[node] = self.part_of[head]
         for node, first in leader.items():
             self.part_of[node] = self.part_of[first]
         self.last_part = dict(self.part_of)
         self.uses = dict.fromkeys(self.live, 0)
+        self.read_outside: set[int] = set()
         self._count_reads()
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         for number, refs in enumerate(outputs):
@@ -60,7 +63,11 @@ class Plan:
 
     def part(self, number: int) -> list[int]:
         """Return the operations of a part."""
-        return self.order[number * self.length : (number + 1) * self.length]
+        return self.by_part[number]
+
+    def weight(self, node: int) -> int:
+        """Return how many operations are written for an entry of ``order``."""
+        return self.rolls[node].period if node in self.rolls else 1
 
     def group(self, node: int) -> list[int]:
         """Return an operation and those computed together with it, in order."""
@@ -68,11 +75,11 @@ class Plan:
         return [node] if others is None else sorted([node, *others])
 
     def crossing(self, number: int) -> list[int]:
-        """Return the operations of a part that a later one reads; results of Maps stay where they are anyway."""
+        """Return the operations of a part that a later one reads; results of loops stay where they are anyway."""
         return [
             node
             for first in self.part(number)
-            if self.tape.op[first] is not Op.MAP
+            if self.tape.op[first] is not Op.MAP and first not in self.rolls
             for node in self.group(first)
             if self.last_part[node] > number
         ]
@@ -82,6 +89,8 @@ class Plan:
         first_of: dict[tuple[bool, int], int] = {}
         leader: dict[int, int] = {}
         for node in self.live:
+            if node in self.head:
+                continue
             code = op[node]
             if code in _CIRCULAR or code is _MAP:
                 first = first_of.setdefault((code is _MAP, abs(a[node])), node)
@@ -93,8 +102,14 @@ class Plan:
         tape, uses, last_part = self.tape, self.uses, self.last_part
         for node in self.order:
             part = self.part_of[node]
-            for ref in tape.operands(node) if tape.op[node] is _MAP else operands(tape, node):
+            if node in self.rolls:  # what a loop reads gets a statement of its own, so it counts twice
+                read = [ref for turn in self.rolls[node].turns for member in turn for ref in operands(tape, member)] * 2
+            else:
+                read = list(tape.operands(node) if tape.op[node] is _MAP else operands(tape, node))
+            for ref in read:
                 operand = abs(ref)
                 if operand in uses:
+                    if operand in self.head and self.head[operand] != node:
+                        self.read_outside.add(operand)
                     uses[operand] += 1
                     last_part[operand] = max(part, last_part[operand])

@@ -6,6 +6,7 @@ Parentheses keep the order of evaluation of the tape, because floating-point sum
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 from eomgen.codegen.names import comment
 from eomgen.codegen.program import Expression, Statement
@@ -20,17 +21,21 @@ def number(value: float) -> str:
 
 
 #: Kinds of statements that count with ``i``.
-COUNTING = frozenset({"fill", "gather", "spread", "angles"})
+COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 
 #: Angles are filled up to a multiple of this, the number of doubles in a common vector register.
 LANES = 4
 
 
-def _place(start: int, step: int) -> str:
+#: Entries of a table in one line.
+_ROW = 16
+
+
+def _place(start: int, step: int, counter: str = "i") -> str:
     """Return the text of start + step i."""
     if step == 0:
         return str(start)
-    term = "i" if abs(step) == 1 else f"{abs(step)} * i"
+    term = counter if abs(step) == 1 else f"{abs(step)} * {counter}"
     if step < 0:
         return f"{start} - {term}"
     return f"{start} + {term}" if start else term
@@ -47,9 +52,11 @@ class Printer:
     """
 
     def __init__(
-        self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = ""
-    ) -> None:
+        self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = "",
+        local: str = "x",
+    ) -> None:  # fmt: skip
         self.prefix = prefix
+        self.local = local
         self.inputs = inputs
         self.outputs = outputs
 
@@ -59,7 +66,7 @@ class Printer:
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if isinstance(expression, int):
-            return (f"x{expression}", _ATOM) if expression > 0 else (f"-x{-expression}", _PREFIX)
+            return (f"{self.local}{expression}", _ATOM) if expression > 0 else (f"-{self.local}{-expression}", _PREFIX)
         kind = expression[0]
         operator = _OPERATORS.get(kind)
         if operator is not None:
@@ -92,7 +99,7 @@ class Printer:
         for statement in statements:
             kind, data = statement.kind, statement.data
             if kind == "let":
-                lines.append(f"const real x{data[0]} = {self._print(data[1])[0]};")
+                lines.append(f"const real {self.local}{data[0]} = {self._print(data[1])[0]};")
             elif kind == "out":
                 lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
             elif kind == "save":
@@ -100,10 +107,18 @@ class Printer:
             elif kind == "label":
                 lines.append(f"/* {comment(data[0])} */")
             elif kind == "sincos":
-                lines.append(f"real x{data[0]}, x{data[1]};")
-                lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &x{data[0]}, &x{data[1]});")
+                sine, cosine = (f"{self.local}{number}" for number in data[:2])
+                lines.append(f"real {sine}, {cosine};")
+                lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &{sine}, &{cosine});")
             elif kind == "angles":
                 lines += self._angles(data[0])
+            elif kind == "circular":
+                sine, cosine, block, start, step, length = data
+                angle = str(self.inputs[block]).format(_place(start, step))
+                call = f"EG_SINCOS({angle}, &w[{_place(sine, 1)}], &w[{_place(cosine, 1)}]);"
+                lines += [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
+            elif kind == "repeat":
+                lines += self._repeat(*data)
             elif kind == "loop":
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
             elif kind == "gather":
@@ -127,6 +142,46 @@ class Printer:
         for position, (sine, cosine, _) in enumerate(angles):
             lines.append(f"const real x{sine} = sine[{position}], x{cosine} = cosine[{position}];")
         return lines
+
+    def _repeat(
+        self, turns: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+    ) -> list[str]:
+        """A loop: tables first, then in each turn what it reads, its statements, and what it gives."""
+        tables: list[str] = []
+
+        def table(kind: str, values: Sequence[str]) -> str:
+            name = f"table{len(tables)}"
+            rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
+            tables.append(f"static const {kind} {name}[{turns}] = {{\n        " + ",\n        ".join(rows) + " };")
+            return f"{name}[k]"
+
+        def place(rule: Sequence[object]) -> str:
+            if len(rule) == 2:
+                start, step = rule
+                return _place(int(str(start)), int(str(step)), "k")
+            return table("int", [str(value) for value in rule[0]])  # type: ignore[attr-defined]  # a tuple of places
+
+        def text(expression: Expression) -> str:
+            if not isinstance(expression, tuple) or expression[0] not in ("row", "numbers", "neg"):
+                return self.expression(expression)
+            if expression[0] == "neg":
+                inner = expression[1]
+                plain = text(inner)
+                return f"-{plain}" if isinstance(inner, tuple) and inner[0] == "row" else self.expression(expression)
+            if expression[0] == "numbers":
+                return f"K({table('double', [number(value) for value in expression[1]])})"
+            source = "w[{}]" if expression[1] == "w" else str(self.inputs[expression[1]])
+            return source.format(place(expression[2:]))
+
+        def target(expression: Expression) -> str:
+            _, array, *rule = cast("tuple[Any, ...]", expression)
+            return f"{'w' if array == 'w' else self.outputs[array]}[{place(rule)}]"
+
+        loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
+        inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, [[target(item) for item in given]], self.prefix, "y")
+        body = [*loaded, *inside.lines(statements)]
+        lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {turns}; ++k) {{"]
+        return [*lines, *(f"        {line}" for line in body), "    }", "}"]
 
     def _target(self, output: int, component: int) -> str:
         target = self.outputs[output]

@@ -1,18 +1,21 @@
 """One function of a tape -> parts of statements: order, fusion of sine with cosine, nesting of values used once, chunks.
 
 Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in chunks), so a
-long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a workspace.
+long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a workspace. What repeats
+in a long function becomes loops first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
 from eomgen.codegen.loops import runs
-from eomgen.codegen.plan import Plan, operands
+from eomgen.codegen.plan import Plan
 from eomgen.codegen.program import Expression, Part, Statement
+from eomgen.codegen.rolling import Roll, find_rolls, is_circular, operands
+from eomgen.codegen.turns import Left, copies, turn_of
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
 
@@ -22,6 +25,11 @@ PART_LIMIT = 1500
 NEST_LIMIT = 6
 #: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
 FILL_FROM = 9
+#: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of them.
+ROLL_FROM = 1500
+ROLLED_PART = 0.6
+#: Values stored in one loop, where a function has loops, from this many on.
+COPIED_FROM = 8
 #: From this many angles on, their sines and cosines are taken in one loop.
 TOGETHER = 3
 
@@ -72,10 +80,12 @@ class _Scheduler:
         self.waiting: dict[int, int] = {}  # node -> operations in its expression
         self.locals = 0
         self.slots = 0
+        self.kept: dict[int, int] = {}  # node -> slot that loops read it from, besides its local
         self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
         self.next_label = next(self.labels)
         self.label = ""
         self.open = _Open()
+        self.circular: set[int] = set()  # sines and cosines that were taken beforehand
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
@@ -138,6 +148,10 @@ class _Scheduler:
         code = tape.op[node]
         if code is _MAP:
             self._map(node)
+        elif node in plan.rolls:
+            self._repeat(plan.rolls[node])
+        elif node in self.circular:
+            return
         elif node in plan.members:
             if node not in self.expressions:
                 self._sine_and_cosine(node)
@@ -247,6 +261,78 @@ class _Scheduler:
                 else:
                     self._emit("spread", number, to, to_step, start, step, length, sign)
 
+    def _circular(self) -> None:
+        """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through them."""
+        tape = self.tape
+        nodes = [node for node in self.plan.live if is_circular(tape, node)]
+        angles = sorted({abs(tape.a[node]) for node in nodes}, key=self._symbol)
+        slot = {leaf: self.slots + number for number, leaf in enumerate(angles)}
+        places: dict[str, list[tuple[int, int]]] = {}
+        for leaf in angles:
+            block, index = self._symbol(leaf)
+            places.setdefault(block, []).append((slot[leaf], index))
+        for block, found in places.items():
+            self.open.inputs.add(block)
+            for to, start, _, step, length in runs(found, shortest=1):
+                self._emit("circular", to, to + len(angles), block, start, step, length)
+        self.slots += 2 * len(angles)
+        self.open.workspace = self.open.workspace or bool(angles)
+        for node in nodes:
+            self.circular.add(node)
+            self.expressions[node] = ("w", slot[abs(tape.a[node])] + (len(angles) if tape.op[node] is Op.COS else 0))
+        self._store_all((*place, node) for node in nodes for place in self.plan.stores.get(node, ()))
+
+    def _symbol(self, leaf: int) -> tuple[str, int]:
+        symbol = self.tape.inputs[self.tape.a[leaf]]
+        return symbol.block, symbol.index
+
+    # -- loops --------------------------------------------------------------------------------------------------------
+
+    def reserve(self, count: int) -> int:
+        """Return the first of so many new slots of the workspace."""
+        self.slots += count
+        return self.slots - count
+
+    def leaf(self, ref: Ref) -> Expression:
+        """Return what stands for a value that does not change from turn to turn."""
+        return self._leaf(ref)
+
+    def slot(self, node: int) -> int:
+        """Return where the workspace has a value, putting it there if it has to."""
+        expression = self.expressions[node]
+        if isinstance(expression, tuple) and expression[0] == "w":
+            return int(expression[1])
+        if node not in self.kept:
+            self.kept[node] = self.reserve(1)
+            self._emit("save", self.kept[node], self._leaf(node))
+        return self.kept[node]
+
+    def _repeat(self, loop: Roll) -> None:
+        """Write a loop; what others need of it stays in the workspace, turn by turn."""
+        turn = turn_of(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
+        for k, nodes in enumerate(loop.turns):
+            for number, position in enumerate(turn.exports):
+                self.expressions[nodes[position]] = ("w", turn.first + k * len(turn.exports) + number)
+        for expression in turn.read:
+            plain = expression[1] if isinstance(expression, tuple) and expression[0] == "neg" else expression
+            if isinstance(plain, tuple) and plain[0] == "row" and plain[1] != "w":
+                self.open.inputs.add(plain[1])
+        self.open.outputs |= {item[1] for item in turn.given if isinstance(item, tuple) and item[1] != "w"}
+        self.open.workspace = True
+        self._emit("repeat", len(loop.turns), turn.statements, turn.read, turn.given)
+        self._store_all(turn.left)
+
+    def _store_all(self, stores: Iterable[Left]) -> None:
+        """Store values of the workspace, by loops where they are many."""
+        groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
+        for number, component, sign, node in stores:
+            groups.setdefault((number, sign), []).append((component, sign * node))
+        for (number, _), items in groups.items():
+            if not self._copy(number, items):
+                for component, ref in items:
+                    self.open.outputs.add(number)
+                    self._emit("out", number, component, self._leaf(ref))
+
     def _leaves_out(self, may_fill: bool) -> None:
         """Store outputs that are constants or inputs, before everything else."""
         for number, refs in enumerate(self.outputs):
@@ -255,10 +341,27 @@ class _Scheduler:
             if fill:
                 self.open.outputs.add(number)
                 self._emit("fill", number, len(refs))
-            for component, ref in enumerate(refs):
-                if abs(ref) not in self.plan.uses and not (fill and ref == ZERO):
-                    self.open.outputs.add(number)
-                    self._emit("out", number, component, self._leaf(ref))
+            left = [
+                (component, ref) for component, ref in enumerate(refs)
+                if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
+            ]  # fmt: skip
+            if self.plan.rolls:
+                numbers = [item for item in left if self.tape.value(item[1]) is not None]
+                left = [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
+            for component, ref in left:
+                self.open.outputs.add(number)
+                self._emit("out", number, component, self._leaf(ref))
+
+    def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
+        """Store many values that are there already in one loop; return False where they are few, or of different kinds."""
+        if len(items) < COPIED_FROM:
+            return False
+        data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
+        if data is None:
+            return False
+        self.open.outputs.add(number)
+        self._emit("repeat", *data)
+        return True
 
     def run(self, may_fill: bool) -> Schedule:
         plan = self.plan
@@ -269,7 +372,10 @@ class _Scheduler:
             self.open = _Open()
             if number == 0:
                 self._leaves_out(may_fill)
-            self._angles(plan.part(number))
+            if not plan.rolls:
+                self._angles(plan.part(number))
+            elif number == 0:
+                self._circular()
             for node in plan.part(number):
                 while node >= self.next_label[0]:
                     self.label = self.next_label[1]
@@ -278,6 +384,9 @@ class _Scheduler:
             for node in [node for node in slot_of if plan.last_part[node] <= number]:
                 free.append(slot_of.pop(node))
             for node in plan.crossing(number):
+                if node in self.circular or node in self.kept:
+                    self.expressions[node] = ("w", self.kept[node]) if node in self.kept else self.expressions[node]
+                    continue
                 if not free:
                     free.append(self.slots)
                     self.slots += 1
@@ -285,10 +394,11 @@ class _Scheduler:
                 self._emit("save", slot_of[node], self.expressions[node])
                 self.expressions[node] = ("w", slot_of[node])
                 self.open.workspace = True
+            length = sum(plan.weight(node) for node in plan.part(number))
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)
             outputs = tuple(sorted(self.open.outputs))
-            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, len(plan.part(number))))
-        return Schedule(tuple(parts), self.slots, len(plan.live))
+            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length))
+        return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
 
 
 def schedule(
@@ -301,6 +411,7 @@ def schedule(
     curve_numbers: dict[int, int] | None = None,
     *,
     fill: bool = True,
+    roll: bool = True,
 ) -> Schedule:
     """Order the operations that the outputs need.
 
@@ -311,8 +422,18 @@ def schedule(
     loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
     curve_numbers : from the id of a curve to its number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
+    roll : whether what repeats may become loops.
     """
-    plan = Plan(tape, outputs, part_limit)
+    plan = Plan(tape, outputs, part_limit, _worthwhile if roll else lambda *_: [])
     loops = {} if loop_numbers is None else loop_numbers
     curves = {} if curve_numbers is None else curve_numbers
     return _Scheduler(plan, outputs, input_order, nest_limit, loops, curves).run(fill)
+
+
+def _worthwhile(tape: Tape, live: Sequence[int]) -> list[Roll]:
+    """Return the loops of a long function, none where they would leave most of it as it is."""
+    if len(live) <= ROLL_FROM or any(tape.op[node] is _MAP for node in live):
+        return []
+    rolls = find_rolls(tape, live)
+    saved = sum((len(loop.turns) - 1) * loop.period for loop in rolls)
+    return rolls if len(live) - saved <= ROLLED_PART * len(live) else []

@@ -41,6 +41,7 @@ class Elimination:
         Row by row, where L (left of the pivot) and U (right of it) are not zero.
     operations : int
         Multiply-subtracts of the factorization.
+    stages : positions at which the stages begin, without empty ones.
     """
 
     rows: tuple[int, ...]
@@ -48,6 +49,7 @@ class Elimination:
     lower: tuple[tuple[int, ...], ...]
     upper: tuple[tuple[int, ...], ...]
     operations: int
+    stages: tuple[int, ...] = (0,)
 
     @property
     def size(self) -> int:
@@ -96,8 +98,10 @@ def eliminate(
             left[other].append(len(rows) - 1)
         right.append(beside)
 
+    starts: list[int] = []
     orders: dict[object, list[tuple[int, int]]] = {}
     for number, (new_rows, new_columns) in enumerate(plan):
+        begun = len(rows)
         delayed = bool(state.columns_of_stage)
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
@@ -106,14 +110,15 @@ def eliminate(
             if not state.serves(new_rows[i], new_columns[j], _REPEATED):
                 break
             take(new_rows[i], new_columns[j])
-        first = len(rows)
         thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
         while state.columns_of_stage and (found := state.pivot(thresholds)) is not None:
             take(*found)
         if structure is not None and structure not in orders and not state.columns_of_stage:
             row_at = {row: k for k, row in enumerate(new_rows)}
             column_at = {column: k for k, column in enumerate(new_columns)}
-            orders[structure] = [(row_at[rows[k]], column_at[columns[k]]) for k in range(first, len(rows))]
+            orders[structure] = [(row_at[rows[k]], column_at[columns[k]]) for k in range(begun, len(rows))]
+        if len(rows) > begun:
+            starts.append(begun)
     if len(rows) < size:
         raise ModelError(
             Problem(
@@ -125,7 +130,7 @@ def eliminate(
     place = {column: position for position, column in enumerate(columns)}
     lower = tuple(tuple(left[row]) for row in rows)
     upper = tuple(tuple(sorted(place[column] for column in beside)) for beside in right)
-    return Elimination(tuple(rows), tuple(columns), lower, upper, operations)
+    return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts))
 
 
 class _Active:

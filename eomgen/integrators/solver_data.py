@@ -1,4 +1,4 @@
-"""The linear algebra of a step as plain data for the templates: assembly, elimination and solution, unrolled or as tables."""
+"""The linear algebra of a step as plain data for the templates: assembly, elimination and solution, written out or as tables."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.integrators.elimination import Elimination, eliminate
+from eomgen.integrators.fronts import Fronts, make_fronts
 from eomgen.integrators.iteration_matrix import (
     Packing,
     Place,
@@ -25,6 +26,9 @@ from eomgen.lie.product import FactorLike
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
+#: The same of the pieces of code that fronts share; they are used from so many fronts for each piece on.
+FRONTS_UNROLLED = 12000
+REPETITIONS = 4
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
 DENSE_FALLBACK = 120
 #: Weights that leave inertia and constraints.
@@ -35,17 +39,20 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None where a dense one is cheaper."""
+    """Terms of the matrix, and the elimination, None where a dense one is cheaper; ``fronts`` where its stages repeat."""
 
     unknowns: Unknowns
     packing: Packing
     terms: Terms
     elimination: Elimination | None
+    fronts: Fronts | None = None
 
     @property
     def kind(self) -> str:
         if self.elimination is None:
             return "dense"
+        if self.fronts is not None:
+            return "fronts"
         return "unrolled" if self.elimination.operations <= UNROLLED else "tables"
 
     @property
@@ -78,6 +85,9 @@ def make_solver(
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = eliminate(unknowns.matrix_size, values, order)
+    fronts = make_fronts(elimination, list(values))
+    if fronts.operations <= FRONTS_UNROLLED and len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds):
+        return Solver(unknowns, samples.packing, terms, elimination, fronts)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
@@ -86,7 +96,7 @@ def make_solver(
 def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
     packing, terms = solver.packing, solver.terms
-    places = _ordered(terms.entries, solver.elimination)
+    places = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.places)
     data: dict[str, Any] = {
         "kind": solver.kind,
         "function": packing.function,
@@ -111,9 +121,11 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(place) for place in packing.places["B"]],
     }
-    if solver.kind == "tables":
+    if solver.kind in ("tables", "fronts"):
         data["entry_tables"] = _entry_tables(data)
-    if solver.elimination is not None:
+    if solver.fronts is not None and solver.elimination is not None:
+        data["elimination"] = _fronts_data(solver.fronts, solver.elimination)
+    elif solver.elimination is not None:
         data["elimination"] = _elimination_data(solver.elimination, places)
     return data
 
@@ -146,7 +158,7 @@ def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict
     entry_start = [int(x) for x in np.cumsum(entry_start)]
     data: dict[str, Any] = {
         "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
-        "start": start, "diagonal": diagonal, "column": columns, "operations": elimination.operations,
+        "start": start, "diagonal": diagonal, "column": columns, "factors": len(columns), "operations": elimination.operations,
         "entry_start": entry_start, "entry_column": entry_columns,
     }  # fmt: skip
     if elimination.operations <= UNROLLED:
@@ -170,6 +182,17 @@ def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict
             for position in range(elimination.size)
         ]
     return data
+
+
+def _fronts_data(fronts: Fronts, elimination: Elimination) -> dict[str, Any]:
+    width = max(len(row) for row in fronts.table)
+    return {
+        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
+        "operations": elimination.operations, "factors": len(fronts.slots),
+        "diagonal": [fronts.slots[position, position] for position in range(elimination.size)],
+        "kinds": [dict(kind) for kind in fronts.kinds],
+        "fronts": [[kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)],
+    }  # fmt: skip
 
 
 def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:

@@ -23,7 +23,7 @@ def every_operation() -> tuple[System, list[Ref], list[Op]]:
     refs: list[Ref] = []
     ops: list[Op] = []
     for op in Op:
-        if op in (Op.CONST, Op.INPUT, Op.MAP):
+        if op in (Op.CONST, Op.INPUT, Op.MAP, Op.CURVE):  # curves have tests of their own
             continue
         for first, second in ((x[0], x[1]), (x[2], -x[3]), (-x[4], x[0])):
             unit = tape.mul(tape.constant(0.3), first)

@@ -1,0 +1,114 @@
+"""What repeats becomes loops: the same numbers, the same bits, and a text that does not grow with the number of bodies."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.codegen import schedule as scheduling
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.rolling import find_rolls
+from eomgen.mechanics.derive import derive
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
+from eomgen.system import Block, Function, System
+from tests.codegen.hand_made import call, compile_program, make_system
+from tests.oracles.robots import planar_chain
+
+BODIES = 90
+
+
+def repetitive(bodies: int = BODIES, seed: int = 1) -> System:
+    """Return a function with all that loops have to get right: recursions to and fro, branches, tables, odd ones out."""
+    source = random.Random(seed)
+    tape = Tape()
+    q = [tape.input("q", k) for k in range(2)]
+    p = [tape.input("p", k) for k in range(2)]
+    first = [tape.mul(tape.constant(source.random()), q[k % 2]) for k in range(bodies)]
+    states: list[Ref] = []
+    for k in range(bodies):
+        with tape.block(f"body {k}"):
+            above = states[source.randrange(len(states))] if states and k % 7 == 3 else (states[-1] if states else q[0])
+            angle = tape.add(above, first[source.randrange(bodies)])
+            s, c = tape.call(Op.SIN, angle), tape.call(Op.COS, angle)
+            turned = tape.sub(tape.mul(s, p[0]), tape.mul(tape.constant(0.1 + 0.01 * k), c))
+            states.append(tape.mul(tape.add(turned, p[1]), tape.constant(0.5)) if k != bodies // 2 else -turned)
+    back: list[Ref] = [tape.mul(p[0], p[1])]
+    for state in reversed(states):
+        pair = tape.mul(state, tape.add(back[-1], tape.input("v", len(back) % 2)))
+        back.append(tape.div(pair, tape.add(tape.mul(state, state), tape.constant(2.0))))
+    circular = [tape.call(Op.COS, q[0]), tape.call(Op.SIN, q[1])]
+    refs = (*states, *(-ref for ref in back), states[3], -states[3], *circular, back[5], p[0], *first[:3])
+    return make_system("repetitive", tape, [Function("all", "repeats", ("p", "q", "v"), (Block("y", (len(refs),), refs),))])
+
+
+POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture
+def eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions of any length are searched."""
+    monkeypatch.setattr(scheduling, "ROLL_FROM", 100)
+    monkeypatch.setattr(scheduling, "ROLLED_PART", 1.0)
+
+
+def loops_of(system: System, name: str = "all") -> list[int]:
+    function = to_program(system).function(name)
+    return [statement.data[0] for part in function.parts for statement in part.statements if statement.kind == "repeat"]
+
+
+@pytest.mark.parametrize("part_limit", [1500, 60])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: Path, eager: None) -> None:
+    system = repetitive(seed=seed)
+    assert len(loops_of(system)) >= 2
+    (found,) = call(compile_program(to_program(system, part_limit=part_limit), cache), "all", POINT)
+    wanted = evaluate(system.tape, system.functions["all"].refs, POINT)
+    assert np.max(np.abs(found - wanted)) < 1e-13
+
+
+def test_loops_and_straight_code_give_the_same_bits(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    system = repetitive()
+    straight = compile_program(to_program(system), cache, profile="reproducible")
+    monkeypatch.setattr(scheduling, "ROLL_FROM", 100)
+    monkeypatch.setattr(scheduling, "ROLLED_PART", 1.0)
+    assert loops_of(system)
+    rolled = compile_program(to_program(system), cache, profile="reproducible")
+    assert call(straight, "all", POINT)[0].tobytes() == call(rolled, "all", POINT)[0].tobytes()
+
+
+def test_short_functions_stay_as_they_are() -> None:
+    assert not loops_of(repetitive())
+
+
+def test_what_does_not_repeat_stays_as_it_is() -> None:
+    source = random.Random(4)
+    tape = Tape()
+    nodes: list[Ref] = [tape.input("q", 0), tape.input("q", 1)]
+    for _ in range(3000):
+        x, y = source.choice(nodes[-50:]), source.choice(nodes[-50:])
+        nodes.append(source.choice([tape.add, tape.sub, tape.mul])(x, y))
+    live = [node for node in tape.live(nodes[-5:]) if tape.op[node] not in LEAVES]
+    assert not find_rolls(tape, live)
+
+
+@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
+def test_the_text_of_a_chain_does_not_grow_with_its_links(name: str) -> None:
+    def statements(links: int) -> int:
+        program = to_program(derive(planar_chain(links)), functions=[name])
+        return sum(
+            len(part.statements) + sum(len(s.data[1]) for s in part.statements if s.kind == "repeat")
+            for part in program.function(name).parts
+        )
+
+    short, long = statements(150), statements(210)
+    assert long <= short + 3 * 60  # some outputs are still stored one by one
+    assert long <= 1500

@@ -1,0 +1,105 @@
+"""Elimination front by front solves what NumPy solves, and shares its code between fronts of one structure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.integrators.elimination import Elimination, eliminate
+from eomgen.integrators.fronts import Fronts, make_fronts
+
+Entries = dict[tuple[int, int], np.ndarray]
+SIZE = 3
+
+
+def tree_matrix(parents: list[int], rng: np.random.Generator, coupled: tuple[int, ...] = ()) -> tuple[Entries, list[Any]]:
+    """Return blocks on the diagonal and between neighbours of a tree, and the stages from its tips to its root.
+
+    ``coupled`` pairs of blocks are neighbours besides, which closes a loop.
+    """
+    count = len(parents)
+    pairs = [(k, k) for k in range(count)]
+    for k, parent in [*enumerate(parents), *([coupled] if coupled else [])]:  # type: ignore[misc]
+        if parent >= 0:
+            pairs += [(k, parent), (parent, k)]
+    entries: Entries = {}
+    for row, column in pairs:
+        block = rng.normal(size=(SIZE, SIZE)) + (6.0 * np.eye(SIZE) if row == column else 0.0)
+        for i in range(SIZE):
+            for j in range(SIZE):
+                if row == column or (i + j) % 2 == 0:
+                    entries[SIZE * row + i, SIZE * column + j] = np.array([block[i, j]])
+    stages = [(list(range(SIZE * k, SIZE * k + SIZE)),) * 2 for k in reversed(range(count))]
+    return entries, stages
+
+
+def solved(fronts: Fronts, elimination: Elimination, entries: Entries, right: np.ndarray) -> np.ndarray:
+    """Run the fronts as the C does."""
+    S = np.array([entries[place][0] for place in fronts.places])
+    F = np.zeros(len(fronts.slots))
+    y = right[list(elimination.rows)]
+    for kind, at in zip(fronts.kind_of, fronts.table, strict=True):
+        work: Mapping[str, Any] = fronts.kinds[kind]
+        f = F[at[0] : at[0] + work["size"]]
+        for k, (entry, received) in enumerate(work["loads"]):
+            assert received or f[k] == 0.0
+            f[k] += S[at[1] + entry] if entry >= 0 else 0.0
+        for step in work["steps"]:
+            f[step["diagonal"]] = 1.0 / f[step["diagonal"]]
+            for upper in step["upper"]:
+                f[upper] *= f[step["diagonal"]]
+            for row in step["below"]:
+                for target, upper in row["updates"]:
+                    f[target] -= f[row["factor"]] * f[upper]
+                for target, upper in row["outside"]:
+                    front, slot = work["targets"][target]
+                    F[at[1 + 2 * front] + slot] -= f[row["factor"]] * f[upper]
+                f[row["factor"]] *= f[step["diagonal"]]
+        for (front, offset), factor, own in work["forward"]:
+            y[(at[2] if not front else at[2 + 2 * front]) + offset] -= f[factor] * y[at[2] + own]
+    for kind, at in reversed(list(zip(fronts.kind_of, fronts.table, strict=True))):
+        work, f = fronts.kinds[kind], F[at[0] :]
+        for own, diagonal, across in work["backward"]:
+            y[at[2] + own] *= f[diagonal]
+            for factor, (front, offset) in across:
+                y[at[2] + own] -= f[factor] * y[(at[2] if not front else at[2 + 2 * front]) + offset]
+    x = np.zeros(len(right))
+    x[list(elimination.columns)] = y
+    return x
+
+
+CHAIN = [-1, *range(29)]
+TREE = [-1, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6]
+
+
+@pytest.mark.parametrize(("parents", "coupled"), [(CHAIN, ()), (TREE, ()), (CHAIN, (29, 3)), (TREE, (14, 7))])
+def test_fronts_solve_what_numpy_solves(parents: list[int], coupled: tuple[int, ...], rng: np.random.Generator) -> None:
+    entries, stages = tree_matrix(parents, rng, coupled)
+    size = SIZE * len(parents)
+    elimination = eliminate(size, entries, stages)
+    fronts = make_fronts(elimination, list(entries))
+    A = np.zeros((size, size))
+    for place, value in entries.items():
+        A[place] = value[0]
+    right = rng.normal(size=size)
+    np.testing.assert_allclose(solved(fronts, elimination, entries, right), np.linalg.solve(A, right), rtol=1e-10, atol=1e-12)
+
+
+def test_a_chain_has_a_handful_of_kinds_of_fronts_however_long(rng: np.random.Generator) -> None:
+    def kinds(links: int) -> int:
+        entries, stages = tree_matrix([-1, *range(links - 1)], rng)
+        return len(make_fronts(eliminate(SIZE * links, entries, stages), list(entries)).kinds)
+
+    assert kinds(20) <= 4
+    assert kinds(60) == kinds(20)
+
+
+def test_work_grows_with_the_links_only(rng: np.random.Generator) -> None:
+    def operations(links: int) -> int:
+        entries, stages = tree_matrix([-1, *range(links - 1)], rng)
+        return eliminate(SIZE * links, entries, stages).operations
+
+    assert operations(90) - operations(60) == operations(60) - operations(30)
