@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.scene import schema as written
 from eomgen.scene.formula_nodes import Number
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
-from eomgen.scene.joint_limits import read_friction, read_stops
+from eomgen.scene.joint_limits import COORDINATES, read_friction, read_stops
 from eomgen.scene.names import key_of, shown
 from eomgen.scene.rotation import frame_about, is_rotation, quaternion_of, rows, sequence, snapped
 from eomgen.scene.scene import Coefficients, Joint, Mimic
@@ -24,10 +24,7 @@ _VELOCITY_MEANING = {
     "spherical": " (angular velocity, body axes)", "free": " (angular, then linear velocity, body axes)",
 }  # fmt: skip
 #: Joints whose coordinates are plain numbers, with the meaning of each.
-_MEANING = {
-    "revolute": ("angle",), "prismatic": ("travel",), "helical": ("angle",), "cylindrical": ("angle", "travel"),
-    "universal": ("first angle", "second angle"), "planar": ("angle", "x", "y"),
-}  # fmt: skip
+_MEANING = {kind: tuple(coordinates) for kind, coordinates in COORDINATES.items()}
 #: The joints that each further key belongs to; planar joints may have an x_axis, the others need what is theirs.
 _KEYS = {"second_axis": ("universal",), "x_axis": ("planar",), "pitch": ("helical",)}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")

@@ -17,7 +17,7 @@ from eomgen.scene.scene import TERMS, JointType
 from eomgen.scene.schema_forces import Bushing, Friction, Limits, Tyre
 from eomgen.scene.schema_include import Include
 from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
-from eomgen.scene.schema_places import Frame, Rotations
+from eomgen.scene.schema_places import Frame, Rotations, by_coordinate
 from eomgen.scene.schema_signals import Curve, Input
 from eomgen.scene.schema_values import (
     NUMBER_SCHEMA,
@@ -50,18 +50,6 @@ SECTIONS = (
     "efforts",
     "outputs",
 )
-
-
-def _by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the unit of what belongs to each coordinate, by type of joint."""
-    return {
-        "revolute": angular,
-        "prismatic": linear,
-        "helical": angular,
-        "cylindrical": (angular, linear),
-        "universal": (angular, angular),
-        "planar": (angular, linear, linear),
-    }
 
 
 class Parameter(Table):
@@ -114,7 +102,7 @@ class Body(Table):
     )
 
 
-_COORDINATE = {**_by_coordinate("rad", "m"), "free": "m"}
+_COORDINATE = {**by_coordinate("rad", "m"), "free": "m"}
 
 
 class Initial(Table):
@@ -139,7 +127,7 @@ class Initial(Table):
         "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
         None,
         unit={
-            **_by_coordinate("rad/s", "m/s"),
+            **by_coordinate("rad/s", "m/s"),
             "spherical": "rad/s",
             "free": ("rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"),
         },
@@ -153,7 +141,7 @@ class Mimic(Table):
 
     joint: str = key("the leader, with one coordinate; it may follow another in its turn", refers="joints")
     multiplier: Value = key("coordinate per coordinate of the leader", 1.0, names=PARAMETERS)
-    offset: Value = key("coordinate where the leader's is zero", 0.0, unit=_by_coordinate("rad", "m"), names=PARAMETERS)
+    offset: Value = key("coordinate where the leader's is zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
 class Joint(Table):
@@ -193,28 +181,28 @@ class Joint(Table):
     stiffness: Values | None = key(
         "of a spring in the joint",
         None,
-        unit=_by_coordinate("N m/rad", "N/m"),
+        unit=by_coordinate("N m/rad", "N/m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
     damping: Values | None = key(
         "of a damper in the joint",
         None,
-        unit=_by_coordinate("N m s/rad", "N s/m"),
+        unit=by_coordinate("N m s/rad", "N s/m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
     rest: Values | None = key(
         "coordinate at which the spring is slack",
         None,
-        unit=_by_coordinate("rad", "m"),
+        unit=by_coordinate("rad", "m"),
         names=PARAMETERS,
         shown_default="`0`",
     )
     rotor_inertia: Values | None = key(
         "added to this joint's diagonal of M (a motor behind a gear)",
         None,
-        unit=_by_coordinate("kg m^2", "kg"),
+        unit=by_coordinate("kg m^2", "kg"),
         names=PARAMETERS,
         shown_default="`0`",
     )

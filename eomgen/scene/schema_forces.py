@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, ROAD
 from eomgen.scene.schema_key import Table, key
-from eomgen.scene.schema_places import Frame, Rotations
-from eomgen.scene.schema_values import SixBySix, Triple, Value, Values
+from eomgen.scene.schema_places import Frame, Rotations, by_coordinate
+from eomgen.scene.schema_values import Bounds, SixBySix, Triple, Value, Values
 
-_COORDINATE = {"revolute": "rad", "prismatic": "m", "helical": "rad"}
-_RATE = {"revolute": "rad/s", "prismatic": "m/s", "helical": "rad/s"}
-_EFFORT = {"revolute": "N m", "prismatic": "N", "helical": "N m"}
-_STIFFNESS = {"revolute": "N m/rad", "prismatic": "N/m", "helical": "N m/rad"}
-_DAMPING = {"revolute": "N m s/rad", "prismatic": "N s/m", "helical": "N m s/rad"}
+_OF_RANGE = "value or list of values of parameters, rad or m"
+
+_COORDINATE = by_coordinate("rad", "m")
+_RATE = by_coordinate("rad/s", "m/s")
+_EFFORT = by_coordinate("N m", "N")
 
 
 class Limits(Table):
-    """Compliant stops of a joint's coordinate."""
+    """Compliant stops of a joint's coordinates."""
 
-    lower: Value | None = key("lower end of the range, if there is one", None, unit=_COORDINATE, names=PARAMETERS)
-    upper: Value | None = key("upper end of the range, if there is one", None, unit=_COORDINATE, names=PARAMETERS)
-    stiffness: Value = key("of the stop", unit=_STIFFNESS, names=PARAMETERS)
-    damping: Value = key("of the stop", 0.0, unit=_DAMPING, names=PARAMETERS)
-    onset: Value | None = key(
+    lower: Bounds | None = key("lower end of the range; -inf for none", None, unit=_COORDINATE, names=PARAMETERS, kind=_OF_RANGE)
+    upper: Bounds | None = key("upper end of the range; inf for none", None, unit=_COORDINATE, names=PARAMETERS, kind=_OF_RANGE)
+    stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
+    damping: Values | None = key(
+        "of the stop", None, unit=by_coordinate("N m s/rad", "N s/m"), names=PARAMETERS, shown_default="`0`"
+    )
+    onset: Values | None = key(
         "penetration over which the stop reaches its full stiffness",
         None,
         unit=_COORDINATE,
@@ -31,12 +33,12 @@ class Limits(Table):
 
 
 class Friction(Table):
-    """Dry friction of a joint's coordinate."""
+    """Dry friction of a joint's coordinates."""
 
-    coulomb: Value = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
-    velocity: Value = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
-    static: Value | None = key("level at which it breaks loose; with `stribeck`", None, unit=_EFFORT, names=PARAMETERS)
-    stribeck: Value | None = key(
+    coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
+    velocity: Values = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
+    static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=_EFFORT, names=PARAMETERS)
+    stribeck: Values | None = key(
         "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
     )
 

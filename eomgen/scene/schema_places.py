@@ -1,4 +1,4 @@
-"""The shape of rotations and frames, which several sections of a scene file take."""
+"""The shape of rotations and frames, which several sections of a scene file take, and units by coordinate of a joint."""
 
 from __future__ import annotations
 
@@ -9,6 +9,18 @@ from pydantic import Field, model_validator
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, TIME
 from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_values import Triple, Value
+
+
+def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
+    """Return the unit of what belongs to each coordinate, by type of joint."""
+    return {
+        "revolute": angular,
+        "prismatic": linear,
+        "helical": angular,
+        "cylindrical": (angular, linear),
+        "universal": (angular, angular),
+        "planar": (angular, linear, linear),
+    }
 
 
 class Rotation(Table):

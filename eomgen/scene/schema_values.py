@@ -53,6 +53,11 @@ def _value(value: object) -> float | str:
     return value if isinstance(value, str) else _number(value, "a number or a formula")
 
 
+def _bound(value: object) -> float | str | None:
+    """Return an end of a range, None where it is infinite."""
+    return None if isinstance(value, float) and math.isinf(value) else _value(value)
+
+
 def _list_of(*lengths: int) -> Callable[[object], object]:
     """Return a validator that takes lists of one of the given lengths."""
 
@@ -78,6 +83,12 @@ Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3))]
 Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2))]
 Values = Annotated[
     tuple[Value, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
+]
+Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VALUE_SCHEMA)]
+Bounds = Annotated[
+    tuple[Bound, ...],
     BeforeValidator(_as_list),
     WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]

@@ -110,6 +110,28 @@ def test_partials_and_balance_of_energy(coordinates: str, rng: np.random.Generat
         assert np.all(power <= 0.0)
 
 
+@pytest.mark.parametrize("kind", ["cylindrical", "universal", "planar"])
+def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.random.Generator) -> None:
+    """A joint of several coordinates has the forces of as many joints with one each: they act on their own coordinates only."""
+    count = 3 if kind == "planar" else 2
+    limits = {"lower": [-0.5, -np.inf, -0.2][:count], "upper": [np.inf, 0.3, 0.4][:count]}
+    limits |= {"stiffness": [200.0, 300.0, 400.0][:count], "damping": [3.0, 2.0, 0.0][:count], "onset": [0.05, 0.1, 0.2][:count]}
+    friction = {"coulomb": [1.0, 0.0, 2.0][:count], "velocity": [0.3, 1.0, 0.2][:count]}
+    builder = SceneBuilder("joint", gravity=[0, 0, 0]).body("body", 1.0, inertia=[0.1, 0.2, 0.3])
+    second: dict[str, Any] = {"second_axis": [0, 1, 0]} if kind == "universal" else {}
+    builder.joint("joint", kind, "base", "body", axis=[1, 0, 0], limits=limits, friction=friction, **second)
+    system = derive(builder.build(), ["force"])
+    q, v = rng.uniform(-1, 1, (60, count)), rng.uniform(-2, 2, (60, count))
+    expected = np.zeros((60, count))
+    for k in range(count):
+        for depth, rate, sign in ((q[:, k] - limits["upper"][k], v[:, k], -1.0), (limits["lower"][k] - q[:, k], -v[:, k], 1.0)):
+            u = np.clip(depth / limits["onset"][k], 0.0, 1.0)
+            linear = limits["stiffness"][k] * np.maximum(depth, 0.0) + limits["damping"][k] * rate
+            expected[:, k] += sign * u * u * (3 - 2 * u) * np.maximum(0.0, linear)
+        expected[:, k] -= friction["coulomb"][k] * np.tanh(v[:, k] / friction["velocity"][k])
+    np.testing.assert_allclose(tape_evaluator(system)("force", {"q": q, "v": v})["Q"], expected, rtol=1e-12, atol=1e-12)
+
+
 def test_absolute_coordinates_give_the_same_generalized_forces(rng: np.random.Generator) -> None:
     """Stops and friction of a hinge in absolute coordinates: a torque about the axis, the same effort on joint coordinates."""
     limits = {**LIMITS, "lower": -2.0, "upper": -1.0}

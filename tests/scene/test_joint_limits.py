@@ -68,6 +68,53 @@ def test_what_is_read_and_its_defaults() -> None:
     assert (stop.lower, stop.upper, stop.damping, stop.onset) == (None, Number(0.5), Number(10), Number(1e-4))
 
 
+def cylinder(keys: str) -> Scene:
+    text = ARM.replace('type = "prismatic"', f'type = "cylindrical"\n{keys}')
+    return load_toml(text, file="arm.toml")
+
+
+def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
+    limits = 'limits = { lower = [-inf, -0.1], upper = [inf, "0.2 * 1"], stiffness = ["hard", 2e4], onset = [0.01, 0.002] }'
+    (stop,) = cylinder(limits).joints[1].stops
+    assert (stop.index, stop.lower, stop.stiffness, stop.damping) == (1, Number(-0.1), Number(2e4), Number(0.0))
+    assert stop.onset == Number(0.002)
+    first, second = cylinder("limits = { lower = [-1, -0.1], upper = [1, inf], stiffness = [10, 20] }").joints[1].stops
+    assert (first.index, first.onset, first.upper) == (0, Number(1e-3), Number(1))
+    assert (second.index, second.onset, second.upper) == (1, Number(1e-4), None)
+    (friction,) = cylinder("friction = { coulomb = [0, 3], velocity = [1, 0.01] }").joints[1].friction
+    assert (friction.index, friction.coulomb) == (1, Number(3))
+    rail = cylinder('limits = { lower = ["-10 deg", "-5 mm"], stiffness = ["1 N m/deg", "2 N/mm"] }').joints[1].stops
+    assert [stop.lower for stop in rail] == [Number(pytest.approx(-0.17453292519943295)), Number(-0.005)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("limits = { lower = -1, stiffness = [1, 1] }",
+         "joints.rail.limits.lower): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
+        ("limits = { lower = [-1, -1], stiffness = 1 }",
+         "joints.rail.limits.stiffness): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
+        ("limits = { lower = [-inf, -inf], stiffness = [1, 1] }",
+         "joints.rail.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0"),
+        ("limits = { lower = [-1, 2], upper = [1, 1], stiffness = [1, 1] }",
+         "joints.rail.limits[1]): the lower limit 2 m is not below the upper one, 1 m; try: lower below upper"),
+        ("limits = { lower = [-1, -1], stiffness = [1, -1] }",
+         "joints.rail.limits.stiffness[1]): the stiffness of a stop is -1; try: a number above 0"),
+        ("friction = { coulomb = 1, velocity = [1, 1] }",
+         "joints.rail.friction.coulomb): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
+        ("friction = { coulomb = [1, 1], velocity = [1, 1], static = [2, 0.5], stribeck = [2, 2] }",
+         "joints.rail.friction.static[1]): the static friction 0.5 is below the Coulomb friction 1; try: static above coulomb"),
+        ("friction = { coulomb = [1, 1], velocity = [1, inf] }",
+         "joints.rail.friction.velocity[1]): a finite number is needed here, not inf"),
+    ],
+)  # fmt: skip
+def test_messages_on_several_coordinates(keys: str, message: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        cylinder(keys)
+    assert len(caught.value.problems) == 1, str(caught.value)
+    assert str(caught.value.problems[0]).partition(" (")[2] == message
+
+
 def test_the_builder_gives_the_same() -> None:
     builder = SceneBuilder("arm").body("link", 1.0, inertia=[0.1, 0.1, 0.1])
     limits = {"lower": -1.0, "upper": 2.0, "stiffness": 1e3, "damping": 5.0, "onset": 0.01}
