@@ -354,7 +354,10 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its formulas."""
+    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its formulas.
+
+    It holds what draft 4 and later ones read alike, because that is what editors of TOML know.
+    """
     description = Document.model_json_schema()
     definitions = description["$defs"]
     for name, model in tables_of(Document).items():
@@ -364,7 +367,21 @@ def schema() -> dict[str, Any]:
     definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
     point = {"type": "string", "description": "the name of a point"}
     definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
-    return description
+    return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}
+
+
+def _of_every_draft(node: Any) -> Any:
+    """Return a JSON Schema without the keywords that came after draft 4, which others can say."""
+    if isinstance(node, list):
+        return [_of_every_draft(entry) for entry in node]
+    if not isinstance(node, dict):
+        return node
+    node = {key_name: _of_every_draft(entry) for key_name, entry in node.items()}
+    if "prefixItems" in node:
+        node["items"] = node.pop("prefixItems")[0]  # lists of a length are lists of one kind here
+    if "const" in node:
+        node["enum"] = [node.pop("const")]
+    return node
 
 
 def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:

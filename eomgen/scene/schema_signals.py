@@ -50,7 +50,7 @@ class Wave(Table):
 class Bump(Table):
     """A single haversine bump: height/2 (1 - cos(2 pi x/length)) over its length, zero elsewhere."""
 
-    length: Value = key("", unit="m", names=FIXED_PARAMETERS)
+    length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
     height: Value = key("negative for a hole", unit="m", names=FIXED_PARAMETERS)
     position: Value = key("where it begins", 0.0, unit="m", names=FIXED_PARAMETERS)
 
