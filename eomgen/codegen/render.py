@@ -7,12 +7,14 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
+from eomgen.codegen.assembly import LOOPED, assembly
 from eomgen.codegen.c_names import CNames
 from eomgen.codegen.files import FILE_LIMIT, plan_files
 from eomgen.codegen.interface import INTERFACE_CDEF, SIZES
@@ -20,6 +22,7 @@ from eomgen.codegen.names import c_string, comment
 from eomgen.codegen.printer import COUNTING, Printer, number
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.errors import FileError
+from eomgen.integrators.iteration_matrix import WEIGHTS
 from eomgen.resources import template_folder
 
 MANIFEST = "manifest.json"
@@ -43,6 +46,7 @@ def environment() -> jinja2.Environment:
     env.filters["c_string"] = c_string
     env.filters["number"] = number
     env.filters["described"] = _described
+    env.filters["assembly"] = _assembly
     env.tests["contains"] = lambda container, item: item in container
     return env
 
@@ -52,6 +56,18 @@ def _described(named: Named) -> str:
     unit = f" ({comment(named.unit)})" if named.unit else ""
     meaning = f": {comment(named.description)}" if named.description else ""
     return f" /* {comment(named.name)}{unit}{meaning} */"
+
+
+def _assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the statements that assemble a large iteration matrix, and their workspace; nothing where it is written out."""
+    if solver["kind"] not in LOOPED:
+        return {}
+    made = assembly(solver)
+    arrays = {"numbers": "numbers[{}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
+    inputs: dict[str, str | Sequence[str]] = {**arrays, "weights": [f"c->{name}" for name in WEIGHTS]}
+    statements = made.parts[0].statements
+    declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
+    return {"statements": _indented([*declared, *Printer(inputs, ["S"]).lines(statements)], 1), "workspace": made.workspace}
 
 
 def _indented(lines: list[str], depth: int) -> str:

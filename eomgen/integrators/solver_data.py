@@ -121,8 +121,6 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(place) for place in packing.places["B"]],
     }
-    if solver.kind in ("tables", "fronts"):
-        data["entry_tables"] = _entry_tables(data)
     if solver.fronts is not None and solver.elimination is not None:
         data["elimination"] = _fronts_data(solver.fronts, solver.elimination)
     elif solver.elimination is not None:
@@ -201,25 +199,3 @@ def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns
         if entry_columns[entry] == column:
             return entry
     return -1
-
-
-def _entry_tables(data: dict[str, Any]) -> dict[str, list[int]]:
-    """Return the terms as flat tables with starts."""
-
-    def flat(rows: Sequence[Sequence[Sequence[int]]], width: int) -> tuple[list[int], list[list[int]]]:
-        start, parts = [0], [[] for _ in range(width)]  # type: tuple[list[int], list[list[int]]]
-        for row in rows:
-            for term in row:
-                for part, value in zip(parts, term, strict=True):
-                    part.append(value)
-            start.append(len(parts[0]))
-        return start, parts
-
-    tables: dict[str, list[int]] = {}
-    tables["moved_start"], (tables["moved_number"], tables["moved_tangent"]) = flat(data["moved"], 2)
-    entries = data["entries"]
-    tables["linear_start"], (tables["linear_weight"], tables["linear_number"]) = flat([e["linear"] for e in entries], 2)
-    tables["product_start"], (tables["product_weight"], tables["product_number"], tables["product_B"]) = flat(
-        [e["products"] for e in entries], 3
-    )
-    return {name: table or [0] for name, table in tables.items()}
