@@ -208,7 +208,7 @@ typedef struct heavy_top_r3xso3_workspace {
     real rate[3];
     real unknown[12];      /* E, step lam, eta */
     real increment[6];     /* the exponent is step * increment */
-    real right[15], solution[12], per_tolerance[12], round_off;
+    real right[15], solution[12], per_tolerance[12], round_off, slack;
     real jacobian[17];     /* nonzeros of B at the start of the step */
     real numbers[108];     /* of the partials, and their products with T */
     real tangents[9];
