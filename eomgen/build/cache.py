@@ -53,7 +53,7 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
         try:
             return Path(chosen).expanduser()
         except RuntimeError as error:
-            what = f"the folder {chosen!r} cannot be found: {error}"
+            what = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
             raise FileError(Problem("environment variable EOMGEN_CACHE", what, "a full path")) from None
     import platformdirs  # noqa: PLC0415  # not needed where the folder is given
 

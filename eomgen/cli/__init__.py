@@ -18,7 +18,7 @@ import click
 
 from eomgen import __version__
 from eomgen.cli.options import debug_option
-from eomgen.errors import EomgenError, FileError
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
 
 INTERRUPTED = 130
 
@@ -44,6 +44,15 @@ class _Verbs(click.Group):
             return None
         command = getattr(import_module(VERBS[cmd_name][1]), cmd_name)
         return command if isinstance(command, click.Command) else None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:  # fmt: skip
+        if args and args[0] not in VERBS and not args[0].startswith("-"):
+            from eomgen.scene.names import nearest, shown  # noqa: PLC0415  # for a mistake only
+
+            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", nearest(args[0], list(VERBS))))
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -72,8 +81,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
         return error.exit_code
-    except click.ClickException as error:
-        error.show()
+    except click.UsageError as error:
+        path = error.ctx.command_path if error.ctx is not None else "eomgen"
+        text = error.format_message().rstrip(".")
+        click.echo(UsageError(Problem(path, text[:1].lower() + text[1:], f"{path} --help")).report(), err=True)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

@@ -240,7 +240,8 @@ class _Reader:
         if index is None and size > 1:
             raise self.error(node, f"{kind}.{name} has {size} components", f"{kind}.{name}[0]")
         if index is not None and index >= size:
-            raise self.error(node, f"{kind}.{name} has no component {index}", f"an index from 0 to {size - 1}")
+            hint = f"an index from 0 to {size - 1}" if size > 1 else f"{kind}.{name}"
+            raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         return Symbol(kind, name, index or 0)
 
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:

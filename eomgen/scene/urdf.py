@@ -90,7 +90,7 @@ def urdf_data(
     doubts = [*_doubtful_inertias(robot), *_left_out(robot, locked)]
     if strict:
         for line, note in doubts:
-            report.add_at(line, "", note, "strict = False, to go on without")
+            report.add_at(line, "", note, "no --strict (strict=False), to go on without")
         report.raise_problems()
     return merger.data, merger.lines, [*notes, *(note for _, note in doubts)]
 

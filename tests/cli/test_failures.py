@@ -57,8 +57,8 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     out, fixed = ["--out", str(tmp_path / "out")], tmp_path / "fixed.toml"
     fixed.write_text(PENDULUM_TOML.replace(f'{SHAKE}, unit = "m", tunable = true', str(SHAKE)), encoding="utf-8")
     for words, text in (
-        (["simulat"], "No such command 'simulat'"),
-        (["simulate", str(scene_file)], "Missing option '--out'"),
+        (["simulat"], "usage error: eomgen: there is no verb 'simulat'; try: simulate"),
+        (["simulate", str(scene_file)], "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help"),
         (["simulate", str(scene_file), *out, "--step", "fast"], "'fast' is not a valid float"),
         (["simulate", str(scene_file), *out, "--set", "length"], "usage error: --set length: a name and a number are needed"),
         (

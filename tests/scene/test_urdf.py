@@ -194,7 +194,7 @@ def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
     ]
     found = refusals(text, strict=True)
     assert len(found) == 6
-    assert found[0] == "arm.urdf:1: not modelled: settings of Gazebo (2); try: strict = False, to go on without"
+    assert found[0] == "arm.urdf:1: not modelled: settings of Gazebo (2); try: no --strict (strict=False), to go on without"
     assert load_urdf(ARM, strict=True).content == load_urdf(ARM).content
 
 
@@ -203,7 +203,7 @@ def test_impossible_inertias_are_noted_by_link() -> None:
     fault = "violate the triangle inequality: the largest exceeds the sum of the other two"
     note = f"link upper: the principal moments 1, 1, 2.5 {fault}"
     assert note in load_urdf(text).notes
-    assert refusals(text, strict=True) == [f"arm.urdf:4: {note}; try: strict = False, to go on without"]
+    assert refusals(text, strict=True) == [f"arm.urdf:4: {note}; try: no --strict (strict=False), to go on without"]
 
 
 def test_names_are_made_legal() -> None:

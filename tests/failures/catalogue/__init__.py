@@ -1,0 +1,37 @@
+"""The failure catalogue: bad inputs by chapter, each with its exit code and its exact message.
+
+A new entry needs no test of its own: put a ``Failure`` into its chapter with an empty message, run the tests of this folder,
+read what comes, and when it says where, what, why and what to try, put it into the entry. ``COMMAND`` then renews the page.
+"""
+
+from __future__ import annotations
+
+from tests.failures.catalogue import (
+    command_lines,
+    descriptions,
+    environments,
+    formulas,
+    includes,
+    machines,
+    names,
+    robots,
+    states,
+    tables,
+    units,
+)
+from tests.failures.failure import Failure
+
+#: Title, first sentence and entries of each chapter.
+CHAPTERS: list[tuple[str, str, list[Failure]]] = [
+    ("Scene files", "Files that cannot be read, or that are not well formed.", descriptions.FAILURES),
+    ("Machines", "Scenes that are well formed and describe no machine.", machines.FAILURES),
+    ("Formulas", "Formulas are read by a small grammar of their own; nothing in them is ever run.", formulas.FAILURES),
+    ("Names", "Names reach C, file names and terminals, so few characters are taken.", names.FAILURES),
+    ("Units", "Numbers with units whose dimension does not fit, or that could be read in two ways.", units.FAILURES),
+    ("Tables and curves", "CSV files and points.", tables.FAILURES),
+    ("Included files", "Scenes made of several files.", includes.FAILURES),
+    ("Internal states", "Filters, controllers and actuators by formula.", states.FAILURES),
+    ("URDF", "Robots in the format of ROS.", robots.FAILURES),
+    ("Command lines", "Verbs, options, and files that they name.", command_lines.FAILURES),
+    ("Environments", "Compilers, caches, disks, and runs that leave the numbers.", environments.FAILURES),
+]

@@ -1,0 +1,170 @@
+"""Failure catalogue: command lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.failures.failure import Failure
+
+
+def thesis(folder: Path) -> None:
+    (folder / "mine").mkdir()
+    (folder / "mine" / "thesis.txt").write_text("mine", encoding="utf-8")
+
+
+FAILURES = [
+    Failure(
+        "A verb that there is not", 2,
+        "usage error: eomgen: there is no verb 'simulat'; try: simulate",
+        command="simulat scene.toml",
+    ),
+    Failure(
+        "A missing option", 2,
+        "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help",
+        command="simulate scene.toml",
+    ),
+    Failure(
+        "An option that there is not", 2,
+        "usage error: eomgen info: no such option '--fast'; try: eomgen info --help",
+        command="info scene.toml --fast",
+    ),
+    Failure(
+        "A word for a number", 2,
+        (
+            "usage error: eomgen simulate: invalid value for '--step': 'fast' is not a valid float; try: eomgen simulate "
+            "--help"
+        ),
+        command="simulate scene.toml --out out --step fast",
+    ),
+    Failure(
+        "A negative step", 2,
+        "usage error: step: the step must be positive, not -1; try: 1e-3",
+        command="simulate scene.toml --out out --step -1",
+    ),
+    Failure(
+        "An end before the start", 2,
+        "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end",
+        command="simulate scene.toml --out out --t-end -1",
+    ),
+    Failure(
+        "A run of too many steps", 2,
+        "usage error: step: 1e+300 s in steps of 1e-09 s are inf steps; try: a larger step",
+        command="simulate scene.toml --out out --t-end 1e300 --step 1e-9",
+    ),
+    Failure(
+        "A run that fills the memory", 2,
+        (
+            "usage error: record_every: 1000000000002 rows of 4 numbers would take about 9.6e+04 GB, this machine has {any}; "
+            "try: record_every = {any} or more"
+        ),
+        command="simulate scene.toml --out out --t-end 1e9 --step 1e-3",
+    ),
+    Failure(
+        "A damping out of its range", 2,
+        "usage error: rho_inf: rho_inf must lie between 0 and 1, not 1.5; try: 0.8",
+        command="simulate scene.toml --out out --rho-inf 1.5",
+    ),
+    Failure(
+        "A parameter that there is not", 2,
+        "usage error: there is no parameter 'laod'; try: load",
+        command="simulate scene.toml --out out --set laod=2",
+    ),
+    Failure(
+        "A parameter that is fixed", 2,
+        (
+            "usage error: the parameter length exists, but its value is fixed in the code; try: length = { value = ..., "
+            "tunable = true } in the scene's [parameters]"
+        ),
+        command="simulate scene.toml --out out --set length=2",
+    ),
+    Failure(
+        "A parameter without a value", 2,
+        "usage error: --set load: a name and a number are needed; try: --set length=0.5",
+        command="simulate scene.toml --out out --set load",
+    ),
+    Failure(
+        "A parameter that is no number", 2,
+        "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5",
+        command="simulate scene.toml --out out --set load=heavy",
+    ),
+    Failure(
+        "A parameter that is not finite", 2,
+        "usage error: parameters: parameter load is nan, not a finite number; try: a finite number",
+        command="simulate scene.toml --out out --set load=nan",
+    ),
+    Failure(
+        "An input that there is not", 2,
+        "usage error: there is no input 'moter'; try: motor",
+        command="simulate scene.toml --out out --input moter=1",
+    ),
+    Failure(
+        "A term that there is not", 2,
+        "usage error: no term is called 'forces'; try: force",
+        command="info scene.toml --terms mass,forces",
+    ),
+    Failure(
+        "A method that cannot bear constraints", 4,
+        (
+            "model error: rk4 cannot run on this scene: rkmk needs a system without constraints: it steps ordinary "
+            "differential equations and would ignore the constraint equations; try: generalized_alpha"
+        ),
+        command="simulate scene.toml --out out --method rk4 --coordinates absolute",
+    ),
+    Failure(
+        "A folder without a name", 2,
+        "usage error: --out: the name of the folder is empty; try: --out . for this folder",
+        command="generate scene.toml --out ''",
+    ),
+    Failure(
+        "A folder that holds other things", 7,
+        (
+            "input/output error: mine is not empty and was not written by eomgen (it has no manifest.json of eomgen's); "
+            "nothing was overwritten; try: a new or empty folder"
+        ),
+        command="generate scene.toml --out mine",
+        prepare=thesis,
+        preparation="mine/ holds thesis.txt",
+    ),
+    Failure(
+        "A file in the place of the folder", 7,
+        "input/output error: scene.toml: the folder cannot be made: File exists; try: another folder",
+        command="simulate scene.toml --out scene.toml",
+    ),
+    Failure(
+        "An animation of a kind that there is not", 2,
+        "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html",
+        command="animate scene.toml --out arm.gif",
+    ),
+    Failure(
+        "A solution that is not there", 7,
+        "input/output error: solution.npz: cannot be read: No such file or directory; try: another path",
+        command="animate solution.npz --out arm.html",
+    ),
+    Failure(
+        "A solution that is none", 7,
+        (
+            "input/output error: solution.npz: this is not a solution written by eomgen: it is no .npz archive, or not all "
+            "of one; try: a .npz file of Solution.save"
+        ),
+        command="animate solution.npz --out arm.html",
+        files={"solution.npz": "PK no zip"},
+    ),
+    Failure(
+        "Options of a run for a stored one", 2,
+        (
+            "usage error: solution.npz: --t-end would change a run, and this one is stored; try: the scene in place of its "
+            "solution, or no such option"
+        ),
+        command="animate solution.npz --out arm.html --t-end 2",
+        files={"solution.npz": "PK no zip"},
+    ),
+    Failure(
+        "A checkpoint that is none", 7,
+        (
+            "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is no .npz archive, or not all of "
+            "one; try: a file that simulate(checkpoint=...) wrote"
+        ),
+        command="simulate scene.toml --out out --resume run.ckpt",
+        files={"run.ckpt": "no checkpoint"},
+    ),
+]  # fmt: skip

@@ -1,0 +1,185 @@
+"""Failure catalogue: tables and curves."""
+
+from __future__ import annotations
+
+from tests.failures.failure import Failure
+
+FAILURES = [
+    Failure(
+        "A table that is not there", 3,
+        (
+            "description error: road.csv (inputs.road.table): 'road.csv' cannot be read: No such file or directory; try: a "
+            "path from the scene file's folder"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+    ),
+    Failure(
+        "A cell that is no number", 3,
+        (
+            "description error: road.csv:3 (inputs.road.table): column 'height': 'high' is not a number; try: a number such "
+            "as 0.25"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1,high\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "An empty cell", 3,
+        "description error: road.csv:3 (inputs.road.table): column 'height' is empty; try: a number, or the row left out",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1,\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "Rows out of order", 3,
+        (
+            "description error: road.csv:4 (inputs.road.table): the points are not in order: 1 comes after 2; try: rows "
+            "sorted by the first of the two columns"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "2,0.1\n"
+            "1,0\n"
+        )},
+    ),
+    Failure(
+        "A column that there is not", 3,
+        (
+            "description error: road.csv:1 (inputs.road.table): there is no column 'hight'; there are time, height; try: "
+            "height"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv", value = "hight" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1,0.1\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "A row with too few columns", 3,
+        (
+            "description error: road.csv:3 (inputs.road.table): column 'height' is missing: the row has 1; try: a number, or "
+            "the row left out"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "A table of one row", 3,
+        "description error: road.csv:2 (inputs.road.table): a curve needs two points or more, not 1; try: more points",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+        )},
+    ),
+    Failure(
+        "An empty table", 3,
+        "description error: road.csv (inputs.road.table): the table is empty; try: a row of titles, and rows of numbers",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": ""},
+    ),
+    Failure(
+        "A table that is no text", 3,
+        "description error: road.csv:1 (inputs.road.table): byte 0 is not UTF-8; try: the file saved as CSV in UTF-8",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": b'\x89PNG\r\n\x1a\n\x00\x00'},
+    ),
+    Failure(
+        "Decimal commas that are not announced", 3,
+        "description error: road.csv:2 (inputs.road.table): column 'time': '0,0' is not a number; try: decimal = \",\"",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time;height\n"
+            "0,0;0,0\n"
+            "0,5;0,1\n"
+            "1,0;0,0\n"
+        )},
+    ),
+    Failure(
+        "A periodic table that does not close", 3,
+        (
+            "description error: road.csv:3 (inputs.road.table): the last value 0.3 is not the first one 0, so the curve "
+            "cannot be periodic; try: a last point that repeats the first value, one period later"
+        ),
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }\n'
+            'outside = "periodic"'
+        ),
+        files={"road.csv": (
+            "0,0\n"
+            "1,0.1\n"
+            "2,0.3\n"
+        )},
+    ),
+    Failure(
+        "Points out of order", 3,
+        (
+            "description error: scene.toml:34 (curves.pulse.points[2]): the points are not in order: 1 comes after 2; try: "
+            "rows sorted by the first of the two columns"
+        ),
+        more=(
+            "[curves.pulse]\n"
+            "points = [[0, 0], [2, 1], [1, 0]]"
+        ),
+    ),
+    Failure(
+        "A curve of two kinds", 3,
+        (
+            "description error: scene.toml:33 (curves.pulse): a curve needs one of table, points, wave, bump, road, not "
+            "points and bump; try: points = [[0, 0], [1, 0.5]]"
+        ),
+        more=(
+            "[curves.pulse]\n"
+            "points = [[0, 0], [1, 1]]\n"
+            "bump = { height = 1, length = 1 }"
+        ),
+    ),
+]  # fmt: skip

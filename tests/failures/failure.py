@@ -1,0 +1,102 @@
+"""One entry of the failure catalogue: what a user did, and the words and the exit code that answer it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+#: The scene that most entries change in one place.
+SCENE = """\
+format = 1
+name = "arm"
+
+[parameters]
+length = { value = 0.5, unit = "m" }
+load = { value = 1.0, unit = "kg", tunable = true }
+
+[inputs]
+motor = { formula = "2 * sin(t)", unit = "N m" }
+
+[bodies.upper]
+mass = "1 + load"
+center_of_mass = [0, 0, "-length / 2"]
+inertia = [0.03, 0.03, 0.002]
+
+[joints.shoulder]
+type = "revolute"
+parent = "base"
+child = "upper"
+axis = [0, 1, 0]
+
+[points.tip]
+body = "upper"
+position = [0, 0, "-length"]
+
+[efforts.motor]
+joint = "shoulder"
+effort = "motor"
+
+[outputs]
+tip = { position = "tip" }
+"""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A bad input and its answer. ``{folder}`` in texts is the folder that the command runs in.
+
+    Attributes
+    ----------
+    title : what the user did, a few words
+    code : exit code
+    message : all of stderr, without the last line's end
+    command : the words behind ``eomgen``
+    old, new : what of SCENE is changed, and to what; both empty where it stays
+    more : lines appended to SCENE
+    files : further files, or others in the place of ``scene.toml``, by name
+    environment : variables set; None where one is taken away
+    prepare : a further step in the folder, where files alone do not make the trouble
+    preparation : what that step is, for the page
+    """
+
+    title: str
+    code: int
+    message: str
+    command: str = "info scene.toml"
+    old: str = ""
+    new: str = ""
+    more: str = ""
+    files: Mapping[str, str | bytes] = field(default_factory=dict)
+    environment: Mapping[str, str | None] = field(default_factory=dict)
+    prepare: Callable[[Path], object] | None = None
+    preparation: str = ""
+
+    def lay_out(self, folder: Path) -> None:
+        """Write the files of the entry."""
+        text = SCENE
+        if self.old:
+            assert text.count(self.old) == 1, f"{self.title}: {self.old!r} is not once in the scene"
+            text = text.replace(self.old, self.new)
+        if self.more:
+            text = f"{text}\n{self.more}\n"
+        for name, content in {"scene.toml": text, **self.files}.items():
+            data = content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content
+            (folder / name).write_bytes(data)
+        if self.prepare is not None:
+            self.prepare(folder)
+
+    def shown(self) -> str:
+        """Return the bad input as the page shows it: what was written into the scene, and small further files."""
+        texts = {name: text for name, text in self.files.items() if isinstance(text, str) and 0 < len(text) < 600}
+        if self.new or self.more or "scene.toml" in texts:
+            written = texts.pop("scene.toml", "") or "\n\n".join(part for part in (self.new, self.more) if part)
+            parts = [written, *(f"# {name}\n{text}" for name, text in texts.items())]
+        else:
+            parts = [f"# {name}\n{text}" for name, text in texts.items()]
+        settings = [
+            f"unset {name}" if value is None else f"export {name}={shlex.quote(value.replace('{folder}', '/an/empty/folder'))}"
+            for name, value in self.environment.items()
+        ]
+        return "\n\n".join(part.rstrip() for part in [*parts, self.preparation, "\n".join(settings)] if part.rstrip())

@@ -1,0 +1,68 @@
+"""Every entry of the failure catalogue gets its answer, to the letter, and loses nothing; the page is that of the catalogue."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import unicodedata
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from tests.failures.catalogue import CHAPTERS
+from tests.failures.errors_page import COMMAND, PAGE, page
+from tests.failures.failure import Failure
+
+ENTRIES = [(title, entry) for title, _, entries in CHAPTERS for entry in entries]
+#: Exit codes of commands that did what they could: a run that stopped keeps what it has, a warning stops nothing.
+GOES_ON = (0, eomgen.NumericalError.exit_code)
+
+
+def matches(found: str, expected: str) -> bool:
+    """Return whether a text is the expected one, in which ``{any}`` stands for what differs from machine to machine."""
+    return re.fullmatch(r"[^\n]*?".join(map(re.escape, expected.split("{any}"))), found) is not None
+
+
+@pytest.mark.parametrize("entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES])
+def test_the_answer(
+    entry: Failure, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entry.lay_out(tmp_path)
+    before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    monkeypatch.chdir(tmp_path)
+    for name, value in entry.environment.items():
+        if value is None:
+            monkeypatch.delenv(name, raising=False)
+        else:
+            monkeypatch.setenv(name, value.replace("{folder}", str(tmp_path)))
+    code = main(shlex.split(entry.command))
+    printed, complaint = capsys.readouterr()
+    assert (code, complaint) == (entry.code, complaint)
+    expected = entry.message.replace("{folder}", str(tmp_path)) + "\n"
+    assert matches(complaint, expected), f"{complaint!r}\nis not\n{expected!r}"
+    assert not printed or code in GOES_ON
+    assert "Traceback" not in complaint
+    assert not [c for c in complaint if c != "\n" and unicodedata.category(c)[0] == "C"]
+    assert {file: file.read_bytes() for file in before} == before  # nothing is lost
+    after = {file for file in tmp_path.rglob("*") if file.is_file()}
+    assert after == set(before) or code in GOES_ON  # and nothing is left about
+
+
+def test_the_catalogue_is_as_wide_as_it_says() -> None:
+    assert len(ENTRIES) >= 150
+    titles = [(chapter, entry.title) for chapter, entry in ENTRIES]
+    assert len(set(titles)) == len(titles)
+    codes = {entry.code for _, entry in ENTRIES}
+    assert codes >= {error.exit_code for error in eomgen.EomgenError.__subclasses__()}
+    for chapter, entry in ENTRIES:
+        assert entry.code in GOES_ON or re.match(r"[a-z/]+ error: ", entry.message), f"{chapter}: {entry.title}"
+
+
+def test_the_page_is_that_of_the_catalogue() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page(), f"docs/errors.md is not that of the catalogue; try: {COMMAND}"
+
+
+def test_answers_that_differ_are_told_apart() -> None:
+    assert matches("a 12 b", "a {any} b") and not matches("a 12 b\nc", "a {any} b") and not matches("a.b", "a b")
