@@ -116,6 +116,16 @@ class Discontinuity:
 
 
 @dataclass(frozen=True)
+class Validity:
+    """The times for which a scene says what it needs to say: those of the curve ``name``, for ``input`` or, empty, otherwise."""
+
+    name: str
+    input: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
 class System:
     """Symbolic equations of motion on one tape.
 
@@ -141,6 +151,8 @@ class System:
         Functions whose sign changes are events; ``modes`` are integers held constant within a step.
     discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
+    validity : tuple of Validity
+        Times beyond which curves have no value.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     """
@@ -165,6 +177,7 @@ class System:
     guards: tuple[Ref, ...] = ()
     modes: tuple[str, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()
+    validity: tuple[Validity, ...] = ()
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
@@ -11,7 +12,7 @@ from eomgen.cli.options import debug_option, json_option, scene_options, terms_o
 from eomgen.cli.printing import console, counted, print_json, print_table
 
 if TYPE_CHECKING:
-    from eomgen.system import System
+    from eomgen.system import Discontinuity, System
 
 
 @click.command()
@@ -61,10 +62,27 @@ def described(system: System) -> dict[str, Any]:
             name: {"description": function.description, "inputs": list(function.inputs), "counts": counts[name]}
             for name, function in system.functions.items()
         },
+        "curves": [line.removeprefix("curve ") for line in system.kept if line.startswith("curve ")],
+        "jumps": _jumps(system.discontinuities),
         "kept": list(system.kept),
         "dropped": list(system.dropped),
         "notes": list(system.notes),
     }
+
+
+_LISTED = 8
+
+
+def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
+    """Return the first of the known times, in words."""
+    does = ("forces jump", "rates of forces jump")
+    lines = [
+        f"t = {item.time:.9g} s{f' and every {item.period:.9g} s' if item.period else ''}: "
+        + (does[item.order] if item.order < len(does) else f"derivatives of order {item.order} jump")
+        for item in discontinuities[:_LISTED]
+    ]
+    more = len(discontinuities) - len(lines)
+    return [*lines, f"and {more} more"] if more else lines
 
 
 def _print(data: dict[str, Any]) -> None:
@@ -114,7 +132,8 @@ def _print(data: dict[str, Any]) -> None:
         [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
         numeric=(2, 3),
     )
-    for title, key in (("Left out", "dropped"), ("Notes", "notes")):
+    titles = {"curves": "Curves", "jumps": "Known times at which forces jump or bend", "dropped": "Left out", "notes": "Notes"}
+    for key, title in titles.items():
         if data[key]:
             out.print()
             out.print(f"[italic]{title}[/]")

@@ -83,6 +83,7 @@ def to_program(
         initial_z=system.initial_z,
         dof_parent=system.dof_parent,
         discontinuities=tuple(dataclasses.asdict(item) for item in system.discontinuities),
+        validity=tuple(dataclasses.asdict(item) for item in system.validity),
         modes=system.modes,
         facts=dataclasses.asdict(system.facts),
         defaults=dict(system.defaults),

@@ -184,6 +184,7 @@ class Program:
     version: str
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
+    validity: tuple[Mapping[str, Any], ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

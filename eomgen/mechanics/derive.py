@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.discontinuities import discontinuities
+from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.inputs import input_signal
 from eomgen.mechanics.start import absolute_start, joint_start
 from eomgen.mechanics.summary import kept_and_dropped
@@ -151,7 +151,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         holonomic=len(rows.holonomic) if rows is not None else 0,
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
         dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
-        notes=scene.notes, discontinuities=discontinuities(scene),
+        notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
         description=scene.description, defaults=dict(vars(scene.simulation)),
     )  # fmt: skip
 

@@ -1,13 +1,13 @@
-"""The times at which forces are known to jump or bend, collected from all that a scene says as a function of time."""
+"""Times at which forces are known to jump or bend, and for which curves have values: from all that a scene says of time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from eomgen.scene.corners import Corner, corners
+from eomgen.scene.corners import Corner, corners, reaches
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.scene import Scene
-from eomgen.system import Discontinuity
+from eomgen.system import Discontinuity, Validity
 
 
 def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
@@ -18,7 +18,8 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
         return fixed.get(symbol.name)
 
     found: dict[tuple[float, float], Corner] = {}
-    for formula, derivatives in _formulas(scene):
+    of_inputs = [(item.formula, 0) for item in scene.inputs if item.formula is not None]
+    for formula, derivatives in (*of_inputs, *_formulas(scene)):
         for corner in corners(formula, value_of, derivatives):
             other = found.get((corner.time, corner.period))
             if other is None or corner.order < other.order:
@@ -27,11 +28,21 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
     return tuple(Discontinuity(corner.time, corner.period, max(corner.order, 0), corner.blur) for corner in ordered)
 
 
+def validity(scene: Scene) -> tuple[Validity, ...]:
+    """Return the times for which the curves of a scene have points, where they are known."""
+    fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
+    owners = [(item.name, item.formula) for item in scene.inputs if item.formula is not None]
+    owners += [("", formula) for formula, _ in _formulas(scene)]
+    found = [
+        Validity(reach.name, owner, reach.start, reach.end)
+        for owner, formula in owners
+        for reach in reaches(formula, lambda symbol: fixed.get(symbol.name))
+    ]
+    return tuple(dict.fromkeys(found))
+
+
 def _formulas(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield every formula that forces depend on, and how many of its time derivatives they do."""
-    for item in scene.inputs:
-        if item.formula is not None:
-            yield item.formula, 0
+    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)

@@ -15,6 +15,7 @@ def kept_and_dropped(
     """Return two lists of sentences: what is in the equations, and what was left out because the scene has none of it."""
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
+    kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
 
     def note(present: bool, what: str, why: str) -> None:
         if not present:

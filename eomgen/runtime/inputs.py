@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,6 +69,20 @@ def jumps_known(library: Library) -> bool:
     """Return whether a stepper evaluates the scene's formulas itself beside what is given, because it knows where they jump."""
     said = any(function["name"] == "inputs" for function in library.layout["functions"])
     return said and "jumps" in library.layout["method"]
+
+
+def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
+    """Raise UsageError where a run, from start to end in s, leaves the points of a curve that no input of the caller replaces."""
+    for item in layout["validity"]:
+        first, last = float(item["start"]), float(item["end"])
+        rounding = 1e-9 * (last - first)
+        if item["input"] in given or (start >= first - rounding and end <= last + rounding):
+            continue
+        early = start < first - rounding
+        what = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
+        what += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
+        where = "t_start" if early else "t_end"
+        raise UsageError(Problem(where, what, f'{where} = {first if early else last:.9g}, or outside = "hold" or "periodic"'))
 
 
 def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:

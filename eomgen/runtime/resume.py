@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.specification import default_settings
 from eomgen.runtime.checkpoint import Checkpoint
-from eomgen.runtime.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
 from eomgen.runtime.methods import method_named
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
@@ -88,6 +88,7 @@ def resume(
     every = int(said["record_every"])
     check_memory((steps - stepper.count) // every + 2, 1 + model.nq + 2 * model.nv)
     given = read_signals(_inputs(saved, inputs), model.inputs, steps)
+    check_reach(model.library.layout, given, start, start + step * steps)
     signals = InputSignals(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )

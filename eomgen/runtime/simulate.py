@@ -16,7 +16,7 @@ from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
-from eomgen.runtime.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
@@ -122,6 +122,7 @@ def simulate(
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
+    check_reach(model.library.layout, from_caller, start, start + step * steps)
     signals = InputSignals(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from eomgen.scene.curve import Curve
 from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
 
 
@@ -44,6 +45,25 @@ def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tupl
             return (a * d, b * d) if c == 0.0 else (b * c, b * d) if a == 0.0 else None
         case _:
             return (a / d, b / d) if c == 0.0 and d != 0.0 else None
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The times from ``start`` to ``end`` for which a curve ``name`` has points."""
+
+    name: str
+    start: float
+    end: float
+
+
+def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Iterator[Reach]:
+    """Yield how far the curves of a formula reach that are not to be left, those whose arguments are linear in time."""
+    for used in applications(formula):
+        linear = affine(used.argument, value_of)
+        if isinstance(used.curve, Curve) and used.curve.outside == "error" and linear is not None and linear[0] != 0.0:
+            a, b = linear
+            start, end = sorted(((used.curve.start - b) / a, (used.curve.end - b) / a))
+            yield Reach(used.curve.name, start, end)
 
 
 @dataclass(frozen=True)

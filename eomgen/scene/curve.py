@@ -32,6 +32,9 @@ class Bump:
     length: float
     height: float
 
+    def __str__(self) -> str:
+        return f"a bump {self.height:.6g} high over {self.length:.6g} from {self.position:.6g}"
+
     def kinks(self) -> list[tuple[float, int]]:
         """Return where the curve is not smooth, as ``Curve.kinks``: its second derivative jumps at both ends."""
         return [(self.position, 2), (self.position + self.length, 2)]
@@ -43,6 +46,9 @@ class Waves:
 
     name: str
     harmonics: tuple[tuple[float, float, float], ...]
+
+    def __str__(self) -> str:
+        return f"{len(self.harmonics)} harmonics"
 
     def kinks(self) -> list[tuple[float, int]]:
         """Return nothing: the curve is smooth."""
@@ -71,6 +77,9 @@ class Curve:
     y: Array
     interpolation: Interpolation = "quintic"
     outside: Outside = "error"
+
+    def __str__(self) -> str:
+        return f"{len(self.x)} points from {self.start:.6g} to {self.end:.6g}, {self.interpolation}, outside {self.outside}"
 
     @property
     def start(self) -> float:

@@ -16,6 +16,7 @@ from eomgen.scene.curve_checks import fault
 from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.scene.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.tables import TableError, read_columns
+from eomgen.scene.units import UnitError, read_unit
 from eomgen.scene.values import Values
 
 Array = NDArray[np.float64]
@@ -96,10 +97,23 @@ class Curves:
             problem = error.problem
             self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
             return None
-        x, y = x * table.argument_scale, y * table.value_scale
+        x, y = x * self.scale(key, table, "argument"), y * self.scale(key, table, "value")
         file = Path(table.file).name
         shown = file if file.isascii() and file.isprintable() else ascii(file)
         return (x, y), [f"{shown}:{line} ({key})" for line in lines]
+
+    def scale(self, key: str, table: written.TableFile, column: str) -> float:
+        """Return the factor on a column: that of its unit, and the one that is given."""
+        factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
+        if not unit.strip():
+            return factor
+        from eomgen.scene.unit_conversion import measure  # noqa: PLC0415  # pint comes with it
+
+        try:
+            return factor * float(measure(read_unit(unit))[0])
+        except UnitError as error:
+            self.report.add(f"{key}.{column}_unit", error.what, error.hint)
+            return factor
 
     def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
         """Return a periodic curve that jumps or bends between two values."""

@@ -26,8 +26,10 @@ class TableFile(Table):
     )
     argument: Column = key("column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN)
     value: Column = key("column of the value", 1, kind=_COLUMN)
-    argument_scale: Finite = key("factor on the argument: 0.001 for ms", 1.0)
-    value_scale: Finite = key("factor on the value: 0.001 for mm", 1.0)
+    argument_unit: Unit = key("unit that the argument's column is in, to be brought to SI", "")
+    value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "")
+    argument_scale: Finite = key("factor on the argument", 1.0)
+    value_scale: Finite = key("factor on the value", 1.0)
     delimiter: Literal["comma", "semicolon", "tab", "space"] | None = key(
         "between columns", None, shown_default="the first of tab, semicolon, comma, space that is in the first row"
     )
@@ -40,10 +42,10 @@ class Wave(Table):
     shape: Literal["square", "triangle", "sawtooth"] = key(
         "square: high, then low; triangle: up, then down; sawtooth: up, then a jump"
     )
-    period: Value = key("of the argument", names=FIXED_PARAMETERS)
-    low: Value = key("lowest value", 0.0, names=FIXED_PARAMETERS)
-    high: Value = key("highest value", 1.0, names=FIXED_PARAMETERS)
-    start: Value = key("argument at which a period begins", 0.0, names=FIXED_PARAMETERS)
+    period: Value = key("of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    start: Value = key("argument at which a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
 
 
@@ -68,7 +70,7 @@ class Shape(Table):
 
     table: TableFile | None = key("points from a CSV file", None)
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = key(
-        "points in order", None, names=FIXED_PARAMETERS, kind="list of [argument, value]"
+        "points in order", None, unit=ANY_UNIT, names=FIXED_PARAMETERS, kind="list of [argument, value], any unit"
     )
     interpolation: Literal["quintic", "linear", "steps"] | None = key(
         "between points", None, shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"

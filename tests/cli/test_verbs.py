@@ -50,6 +50,19 @@ def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFix
     assert "forward_dynamics" not in data["functions"]
 
 
+def test_info_lists_curves_and_known_jumps(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wave = '[inputs.push]\nwave = { shape = "square", period = 2, start = 0.5 }\n'
+    bump = '[curves.hump]\nbump = { length = 0.5, height = 0.1 }\n[inputs.road]\nformula = "hump(2 * t - 3)"\n'
+    scene_file.write_text(PENDULUM_TOML + "\n" + wave + bump, encoding="utf-8")
+    assert main(["info", str(scene_file)]) == 0
+    table = capsys.readouterr().out
+    assert "inputs.push: 3 points from 0.5 to 2.5, steps, outside periodic" in table
+    assert "t = 0.5 s and every 2 s: forces jump" in table and "t = 1.75 s: derivatives of order 2 jump" in table
+    assert main(["info", str(scene_file), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["curves"][0] == "hump: a bump 0.1 high over 0.5 from 0" and len(data["jumps"]) == 4
+
+
 def test_info_of_constrained_scenes_counts_rows(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(scene_file), "--coordinates", "absolute"]) == 0
     table = capsys.readouterr().out

@@ -108,14 +108,40 @@ def test_other_number_types(real: str, model: eomgen.Model, tmp_path: Path) -> N
         assert near(np.imag(values)[:, 0] / 1e-30, curve("inputs.table")(t, 1))
 
 
-def test_a_curve_ends_and_so_does_the_run() -> None:
+def test_a_run_beyond_the_points() -> None:
     builder = eomgen.SceneBuilder("cart").body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    builder.input("push", points=POINTS).effort("push", "rail", "push")
+    builder.curve("spring", points=[[-1, -9], [0, 0], [1, 4]]).input("push", points=[[0.5, 0], [1, 1], [1.5, 0]])
+    model = eomgen.build(builder.effort("push", "rail", "push - spring(q.rail)").build())
+    run = model.simulate(1.5, 1e-2, t_start=0.5)
+    assert run.success
+    with pytest.raises(eomgen.UsageError, match=r"t_end: the points of inputs.push end at t = 1.5 s, the run ends at t = 1.51 s; "
+                                                r'try: t_end = 1.5, or outside = "hold" or "periodic"'):  # fmt: skip
+        model.simulate(1.501, 1e-2, t_start=0.5)
+    with pytest.raises(eomgen.UsageError, match=r"t_start: the points of inputs.push begin at t = 0.5 s, the run begins at"):
+        model.simulate(1.0, 1e-2)
+    assert model.simulate(2.0, 1e-2, inputs={"push": 0.1}).success
+    thrown = model.simulate(2.0, 1e-2, inputs={"push": 0.0}, initial={"rail": {"velocity": 9.0}})
+    assert not thrown.success and "a value became infinite or not a number" in thrown.message
+
+
+def test_a_driver_follows_a_table() -> None:
+    """A slider that a constraint drives along a table: place, speed and acceleration are those of the spline."""
+    builder = eomgen.SceneBuilder("slider").body("slider", 2.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("free", "free", "base", "slider").curve("way", points=[[0.2 * k, 0.1 * (k * k % 5)] for k in range(9)])
+    frame = {"rotation": [{"axis": [0, 1, 0], "angle": "pi / 2"}]}
+    builder.constraint(
+        "rail", "prismatic", {"body": "base", **frame}, {"body": "slider", **frame}, drive="way(t) - way(0.3) + 0.2"
+    )
     model = eomgen.build(builder.build())
-    assert model.simulate(3.0, 1e-2).success
-    solution = model.simulate(3.5, 1e-2)
-    assert not solution.success and solution.t[-1] == pytest.approx(3.0)
-    assert "the first block that is not finite is the input push at t" in solution.message
+    solution = model.simulate(1.2, 1e-3, t_start=0.3)
+    way = Curve("way", np.array([0.2 * k for k in range(9)]), np.array([0.1 * (k * k % 5) for k in range(9)]))
+    assert solution.success
+    along = solution.q[:, 4:]
+    place = int(np.argmax(np.ptp(along, axis=0)))
+    assert np.allclose(along[:, place], way(solution.t) - way(0.3) + 0.2, rtol=0, atol=1e-9)
+    assert np.allclose(solution.v[:, 3 + place], way(solution.t, 1), rtol=0, atol=1e-8)
+    a = model.constrained_dynamics(solution.q[300], solution.v[300], solution.t[300])[0]
+    assert a[3 + place] == pytest.approx(float(way(solution.t[300], 2)), rel=1e-9)
 
 
 def test_the_folder_stands_alone_with_its_tables(tmp_path: Path, model: eomgen.Model) -> None:

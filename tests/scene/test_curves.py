@@ -207,6 +207,9 @@ def test_tables_that_are_right(table: str, tmp_path: Path) -> None:
         ("0 1\n1 3\n2 2", 'table = { file = "push.csv" }'),
         ("x;F;t\n9;1000,0;0\n9;3000,0;1000,0\n9;2000;2e3", 'table = { file = "push.csv", argument = "t", value = 1, decimal=",",'
          " argument_scale = 1e-3, value_scale = 1e-3 }"),
+        ("t,F\n0,1\n1000,3\n2000,2", 'table = { file = "push.csv", argument = "t", value = 1, argument_unit = "ms" }'),
+        ("t,F\n0,1000\n1,3000\n2,2000", 'table = { file = "push.csv", argument = "t", value = 1, value_unit = "N mm" }'),
+        ("", 'points = [["0 s", "1 N"], ["1000 ms", "3 N"], [2, 2]]'),
         ("a,t,F\n1,0,1\n1,1,3\n1,2,2", 'table = { file = "push.csv", argument = 1, value = 2, delimiter = "comma" }'),
     ],
 )  # fmt: skip
@@ -275,6 +278,8 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
         ('[inputs.u]\ntable = { file = "push.csv", argument = 7 }',
          "push.csv:1 (inputs.u.table): there is no column 7: the row has 2"),
         ('[inputs.u]\ntable = { file = "push.csv", colum = 7 }', "(inputs.u.table.colum): the key 'colum' is unknown here"),
+        ('[inputs.u]\ntable = { file = "push.csv", value_unit = "mmm" }',
+         "(inputs.u.table.value_unit): there is no unit 'mmm'; try: mm"),
         ('[inputs.u]\npoints = []', "(inputs.u.points): a curve needs two points or more, not 0"),
         ('[inputs.u]\npoints = [[0, 0, 0]]', "(inputs.u.points[0]): a list of 2 entries is needed here, not 3"),
         ('[inputs.u]\npoints = [[0, 1], [0, 2], [1, 1]]\ninterpolation = "linear"',
