@@ -213,3 +213,14 @@ def test_states_across_a_jump() -> None:
     for method, order in (("generalized_alpha", 2.0), ("rk4", 4.0)):
         errors = [abs(model.simulate(1.0, 1.0 / n, method=method).z[-1, 0] - exact) for n in (50, 100, 200)]
         assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.2)
+
+
+def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
+    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    for method, bound in (("rk4", 1e-11), ("generalized_alpha", 5e-6)):
+        for distance in (0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
+            for start in (LATE - 0.3 - distance, LATE - 0.3 + distance):
+                solution = model.simulate(start + 1.0, 1e-3, t_start=start, method=method)
+                exact = float(free(1.0) + 3 * after_step(start + 1.0 - LATE))
+                assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
