@@ -63,6 +63,10 @@ class Solution:
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
+        return {**vars(self), "see": None}
+
     @cached_property
     def seen(self) -> Seen:
         """Poses and scenery together; see ``poses``."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import pickle
 import re
 from pathlib import Path
 
@@ -67,6 +68,15 @@ def test_parts_of_a_run_are_drawn_as_one(tmp_path: Path) -> None:
     whole = first.followed_by(model.resume(file, 0.3))
     np.testing.assert_allclose(whole.t, np.arange(31) * 1e-2, atol=1e-12)
     np.testing.assert_array_equal(whole.poses["link"], model.pose("link", whole.q, whole.t))
+
+
+def test_solutions_travel_between_processes_with_the_poses_that_were_asked_for() -> None:
+    run = pendulum().simulate(0.1, 1e-2)
+    bare = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(bare.q, run.q)
+    with pytest.raises(eomgen.UsageError, match="stored without poses"):
+        _ = bare.poses
+    np.testing.assert_array_equal(run.poses["link"], pickle.loads(pickle.dumps(run)).poses["link"])
 
 
 def test_a_solution_without_poses_says_what_to_do(tmp_path: Path) -> None:
