@@ -31,6 +31,7 @@ def load(
     strict: bool = False,
     root: str = "fixed",
     lock: Sequence[str] = (),
+    limits: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file.
@@ -43,6 +44,8 @@ def load(
         For URDF: whether the root link is ``fixed`` to the base or ``free``.
     lock : sequence of str
         For URDF: moving joints to be fixed at zero.
+    limits : bool
+        For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
 
@@ -52,7 +55,7 @@ def load(
     """
     from eomgen.scene import reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
-    return reader.load(path, strict=strict, root=root, lock=lock, coordinates=coordinates)
+    return reader.load(path, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
 
 
 def derive(scene: Described, terms: Sequence[str] | None = None) -> System:

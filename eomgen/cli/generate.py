@@ -22,6 +22,7 @@ def generate(
     strict: bool,
     root: str,
     lock: tuple[str, ...],
+    limits: bool,
     coordinates: Literal["joint", "absolute"] | None,
     folder: str,
     terms: list[str] | None,
@@ -31,7 +32,7 @@ def generate(
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
     from eomgen import pipeline  # noqa: PLC0415  # SymPy comes with it
 
-    described = pipeline.load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
+    described = pipeline.load(scene, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
     files = pipeline.generate(described, folder, terms, method)
     if as_json:
         print_json([str(file) for file in files])

@@ -25,6 +25,7 @@ def info(
     strict: bool,
     root: str,
     lock: tuple[str, ...],
+    limits: bool,
     coordinates: Literal["joint", "absolute"] | None,
     terms: list[str] | None,
     as_json: bool,
@@ -33,7 +34,7 @@ def info(
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline import derive, load  # noqa: PLC0415
 
-    described_scene = load(scene, strict=strict, root=root, lock=lock, coordinates=coordinates)
+    described_scene = load(scene, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
     data = described(derive(described_scene, terms))
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:

@@ -25,6 +25,7 @@ from eomgen.scene.frames import check_two_bodies
 from eomgen.scene.include import Part, signature, with_included
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
+from eomgen.scene.mimics import check_mimics
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
 from eomgen.scene.roads import Harmonic
@@ -156,7 +157,7 @@ class _Assembler:
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not self.refused["joints"] and not self.refused["bodies"]
         order = ordered(links, document.bodies, sorted(self.refused["bodies"]), complete, self.report)
-        checks.check_mimics(joints, self.refused["joints"], self.report)
+        check_mimics(joints, self.refused["joints"], self.report)
         inertias = checks.body_inertias(bodies.values(), values)
         checks.check_inertias({name: entry for name, entry in inertias.items() if name not in judged}, self.report)
         inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}

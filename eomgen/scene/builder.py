@@ -211,11 +211,12 @@ class SceneBuilder:
         parameters: Mapping[str, Value] | None = None,
         root: str | None = None,
         lock: Sequence[str] | None = None,
+        limits: bool | None = None,
     ) -> Self:
         """Put another scene file, or a URDF, into the scene: its names after ``prefix``, its base on ``parent``.
 
         The path starts in the current folder; ``prefix`` is the name and ``_`` where nothing is said. ``parameters`` go in
-        place of those of the file. ``root`` and ``lock`` are for URDF.
+        place of those of the file. ``root``, ``lock`` and ``limits`` are for URDF.
         """
         return self._enter(
             "include",
@@ -228,6 +229,7 @@ class SceneBuilder:
             parameters=parameters,
             root=root,
             lock=lock,
+            limits=limits,
         )
 
     def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:

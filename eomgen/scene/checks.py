@@ -9,9 +9,10 @@ import numpy as np
 
 from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
-from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, listed, nearest, shown
+from eomgen.scene.mimics import led_or_following
+from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.scene import BASE, SIZES, WORLD, Body, Joint
+from eomgen.scene.scene import BASE, WORLD, Body, Joint
 from eomgen.scene.schema import SECTIONS, Document, Simulation
 from eomgen.scene.values import Values
 
@@ -119,41 +120,6 @@ def _moving_hint(joint: Joint) -> str:
     return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
 
 
-def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:
-    """Report joints that follow one that is not there, has not one coordinate, or follows them in its turn.
-
-    Parameters
-    ----------
-    refused : iterable of str
-        Joints whose declarations are broken: they exist, but nothing is known of them.
-    """
-    for joint in joints.values():
-        key, path = key_of("joints", joint.name, "mimic"), [joint.name]
-        leader = joint
-        while leader.mimic is not None and leader.mimic.joint in joints and leader.mimic.joint not in path:
-            leader = joints[leader.mimic.joint]
-            path.append(leader.name)
-        if leader.mimic is not None and leader.mimic.joint == joint.name == next(name for name in joints if name in path):
-            circle = listed([*path, joint.name]) if len(path) > 1 else ""
-            what = f"the joints follow one another in a circle: {circle}" if circle else f"the joint {joint.name} follows itself"
-            report.add(f"{key}.joint", what, "one joint that leads")
-        if joint.mimic is None or joint.mimic.joint in refused:
-            continue
-        if check_reference(f"{key}.joint", joint.mimic.joint, joints, "joint", report):
-            first = joints[joint.mimic.joint]
-            if SIZES[first.type] != (1, 1):
-                count = SIZES[first.type][1] or "no"
-                what = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
-                report.add(f"{key}.joint", what, "a revolute, prismatic or helical joint")
-
-
-def _coupled(joints: Sequence[Joint], values: Values) -> set[str]:
-    """Return the joints whose inertia is that of others too: those that follow, and those that are followed by a moving one."""
-    followers = {joint.name: joint.mimic for joint in joints if joint.mimic is not None}
-    moving = {mimic.joint for mimic in followers.values() if values.value(mimic.multiplier) != 0.0}
-    return {*followers, *moving}
-
-
 def _directions(joint: Joint) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Return the axes of a joint in its own frame: axis, the direction across it, and the third of the frame."""
     axis, second = np.array(joint.axis), np.array(joint.second_axis)
@@ -175,7 +141,7 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
     if all(joint.type == "fixed" for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
     carried: dict[str, list[Inertia] | None] = {}
-    coupled = _coupled(joints, values)
+    coupled = led_or_following(joints, inertias, values)
     moving_beyond: set[str] = set()
     for joint in reversed(joints):
         own = inertias.get(joint.child)

@@ -12,7 +12,7 @@ from eomgen.scene.formula_nodes import Number
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
 from eomgen.scene.joint_limits import COORDINATES, read_friction, read_stops
 from eomgen.scene.names import key_of, shown
-from eomgen.scene.rotation import frame_about, is_rotation, quaternion_of, rows, sequence, snapped
+from eomgen.scene.rotation import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
 from eomgen.scene.scene import Coefficients, Joint, Mimic
 from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
@@ -129,7 +129,7 @@ def _orientation(key: str, joint: written.Joint, values: Values) -> tuple[tuple[
     if joint.orientation is not None and joint.rotation is not None:
         values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
     if joint.orientation is not None:
-        matrix = snapped(np.array(joint.orientation))
+        matrix = snapped_rotation(np.array(joint.orientation))
         if not is_rotation(matrix):
             what = "the matrix is not a rotation: orthonormal and right-handed to 1e-9"
             values.report.add(f"{key}.orientation", what, "rotation")

@@ -13,12 +13,29 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 SNAP = 1e-10
+_ORTHONORMAL = 1e-14
 
 
 def snapped(entries: Array) -> Array:
     """Return the entries with those within 1e-10 of 0, 1 or -1 rounded, which repairs angles written to few digits."""
     rounded = np.round(entries)
     return np.where((np.abs(entries - rounded) <= SNAP) & (np.abs(rounded) <= 1.0), rounded, entries) + 0.0
+
+
+def snapped_rotation(matrix: Array) -> Array:
+    """Return a rotation with right angles made exact, and still a rotation.
+
+    Where only some entries of a row are near 0 or 1, as of a turn by 1e-5, rounding them alone leaves the matrix skew by up
+    to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
+    """
+    result = snapped(matrix)
+    if np.max(np.abs(result @ result.T - np.eye(3))) <= _ORTHONORMAL:
+        return result
+    u, _, v = np.linalg.svd(result)
+    nearest = u @ v
+    rounded = np.round(nearest)
+    exact: Array = np.where(np.abs(nearest - rounded) <= _ORTHONORMAL, rounded, nearest) + 0.0
+    return exact
 
 
 def unit_axis(axis: Sequence[float]) -> Array | None:
@@ -44,8 +61,8 @@ def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
     """Return the matrix of intrinsic rotations, in order, snapped."""
     matrix = np.eye(3)
     for axis, angle in rotations:
-        matrix = matrix @ snapped(about_axis(axis, angle))
-    return snapped(matrix)
+        matrix = matrix @ snapped_rotation(about_axis(axis, angle))
+    return snapped_rotation(matrix)
 
 
 def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
@@ -59,7 +76,7 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
     wanted = np.eye(3)[int(np.argmin(np.abs(axis)))] if x_axis is None else x_axis
     across = wanted - (wanted @ axis) * axis
     first = snapped(across / np.linalg.norm(across))
-    return snapped(np.column_stack([first, np.cross(axis, first), axis]))
+    return snapped_rotation(np.column_stack([first, np.cross(axis, first), axis]))
 
 
 def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:

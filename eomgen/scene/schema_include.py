@@ -34,3 +34,4 @@ class Include(Table):
     lock: Annotated[tuple[str, ...], Field(strict=False)] = key(
         "URDF: moving joints that are held at zero", (), kind="list of names"
     )
+    limits: bool = key("URDF: limits of position become compliant stops", False)

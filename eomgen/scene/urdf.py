@@ -6,7 +6,7 @@ A link's frame is its joint's frame at zero, in URDF as here, so placements are 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,9 +17,11 @@ from eomgen.scene.assemble import from_data
 from eomgen.scene.inertia import Inertia, combined, impossible
 from eomgen.scene.names import listed, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.rotation import Array, rows, snapped
+from eomgen.scene.rotation import Array, about_axis, rows, snapped_rotation, unit_axis
 from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.urdf_elements import Joint, Robot, read_robot
+from eomgen.scene.urdf_limits import stops_of
+from eomgen.scene.urdf_mimics import held_and_following
 from eomgen.scene.xml_reader import read_xml
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
@@ -27,7 +29,6 @@ _ROOT_JOINT = "root_joint"
 _MEANING = {
     "limit": "limits of position, velocity and effort",
     "friction": "dry friction",
-    "mimic": "coupling of joints by mimic, which move independently here",
     "safety_controller": "safety controllers",
     "calibration": "calibration",
     "transmission": "transmissions",
@@ -42,6 +43,7 @@ def load_urdf(
     strict: bool = False,
     root: str = "fixed",
     lock: Sequence[str] = (),
+    limits: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from the text of a URDF file; see ``reader.load``.
@@ -52,12 +54,12 @@ def load_urdf(
     """
     if root not in ("fixed", "free"):
         raise UsageError(f"root is {shown(root)}", "fixed or free")
-    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock)
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits)
     return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
 
 
 def urdf_data(
-    text: str, *, file: str, strict: bool = False, root: str = "fixed", lock: Sequence[str] = ()
+    text: str, *, file: str, strict: bool = False, root: str = "fixed", lock: Sequence[str] = (), limits: bool = False
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
     """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
 
@@ -78,16 +80,12 @@ def urdf_data(
         if name not in by_written:
             raise UsageError(f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
     locked = {by_written[name] for name in lock}
-    for joint in robot.joints.values():
-        if joint.written_type == "planar" and joint.name not in locked:
-            report.add_at(
-                joint.line, f"joints.{joint.name}", "planar joints are not modelled", "two prismatic joints and a revolute one"
-            )
     report.raise_problems()
     order = _from_root(robot, report)
-    merger = _Merger(robot, order, locked, root)
-    notes = [*merger.notes, *_notes(robot, locked)]
-    doubts = [*_doubtful_inertias(robot), *_left_out(robot, locked)]
+    held, leaders = held_and_following(robot, locked, report)
+    merger = _Merger(robot, order, held, leaders, root, limits=limits)
+    notes = [*merger.notes, *_notes(robot, locked), *_notes_of_mimics(robot, locked, held, leaders)]
+    doubts = [*_doubtful_inertias(robot), *_left_out(robot, set(held))]
     if strict:
         for line, note in doubts:
             report.add_at(line, "", note, "no --strict (strict=False), to go on without")
@@ -143,9 +141,14 @@ class _Place:
 class _Merger:
     """Makes one body of links that are fixed to one another; their frames stay as points."""
 
-    def __init__(self, robot: Robot, order: Sequence[Joint], locked: Iterable[str], root: str) -> None:
+    def __init__(
+        self, robot: Robot, order: Sequence[Joint], held: Mapping[str, float], leaders: Mapping[str, str], root: str,
+        *, limits: bool,
+    ) -> None:  # fmt: skip
         self.robot = robot
-        self.locked = set(locked)
+        self.held = held
+        self.leaders = leaders
+        self.limits = limits
         self.notes: list[str] = []
         self.lines: dict[str, int | str] = {}
         self.parts: dict[str, list[Inertia]] = {}
@@ -184,10 +187,12 @@ class _Merger:
     def attach(self, joint: Joint) -> None:
         """Place a joint's child: on its parent's body where it is fixed, else as a body of its own."""
         parent = self.places[joint.parent]
-        orientation = snapped(parent.orientation @ joint.orientation)
+        orientation = snapped_rotation(parent.orientation @ joint.orientation)
         position = parent.orientation @ joint.position + parent.position
         self.lines[f"joints.{joint.name}"] = joint.line
-        if joint.type == "fixed" or joint.name in self.locked:
+        if joint.name in self.held:
+            turn, shift = _moved(joint, self.held[joint.name])
+            orientation, position = snapped_rotation(orientation @ turn), position + orientation @ shift
             self.places[joint.child] = _Place(parent.body, orientation, position)
             self.data["points"][joint.child] = {"body": parent.body, "position": position.tolist()}
             self.lines[f"points.{joint.child}"] = joint.line
@@ -196,11 +201,25 @@ class _Merger:
             entry: dict[str, Any] = {"type": joint.type, "parent": parent.body, "child": self.places[joint.child].body}
             entry |= {"position": position.tolist(), "orientation": [list(row) for row in rows(orientation)]}
             if joint.type != "free":
-                entry |= {"axis": list(joint.axis), "damping": joint.damping}
+                entry["axis"] = list(joint.axis)
+            if joint.type in ("revolute", "prismatic"):
+                entry["damping"] = joint.damping
             elif joint.damping:
-                self.robot.left_out.setdefault("damping of a floating joint", []).append(joint.name)
+                self.robot.left_out.setdefault(f"damping of a {joint.written_type} joint", []).append(joint.name)
+            if joint.mimic is not None:
+                leader = {"joint": self.leaders[joint.name]}
+                entry["mimic"] = leader | {"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset}
+            self.add_limits(joint, entry)
             self.data["joints"][joint.name] = entry
         self.add_part(joint.child)
+
+    def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
+        """Turn a joint's limits into stops where that is asked for, and note what stays out."""
+        stops = stops_of(joint) if self.limits else None
+        if stops is not None:
+            entry["limits"] = stops
+        elif joint.limit is not None:
+            self.robot.left_out.setdefault("limit", []).append(joint.name)
 
     def make_bodies(self) -> None:
         merged = [name for name in self.data["points"] if name in self.robot.links]
@@ -218,6 +237,26 @@ class _Merger:
                     "center_of_mass": whole.center.tolist(),
                     "inertia": [xx, yy, zz, xy, xz, yz],
                 }
+
+
+def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
+    """Return how far a held joint has turned and shifted its child."""
+    axis = unit_axis(joint.axis) if value != 0.0 else None
+    if axis is None:
+        return np.eye(3), np.zeros(3)
+    return (about_axis(axis, value), np.zeros(3)) if joint.type == "revolute" else (np.eye(3), value * axis)
+
+
+def _notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    resting = [name for name in held if name not in locked and robot.joints[name].type != "fixed"]
+    notes = []
+    if resting:
+        notes.append(f"joints held where those that they mimic are held: {listed(resting)}")
+    if leaders:
+        pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
+        more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
+        notes.append(f"joints that mimic others are no coordinates of their own: {', '.join(pairs)}{more}")
+    return notes
 
 
 def _notes(robot: Robot, locked: set[str]) -> list[str]:
@@ -252,10 +291,9 @@ def _doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
     return found
 
 
-def _left_out(robot: Robot, locked: set[str]) -> list[tuple[int, str]]:
-    """Return one note for each kind of thing that is not modelled."""
+def _left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
+    """Return one note for each kind of thing that is not modelled, of joints that move."""
     found = []
-    still = locked | {joint.name for joint in robot.joints.values() if joint.type == "fixed"}
     for tag, names in robot.left_out.items():
         concerned = [name for name in names if name not in still]
         if concerned:

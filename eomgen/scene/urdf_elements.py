@@ -15,16 +15,19 @@ import numpy as np
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.names import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.rotation import SNAP, Array, roll_pitch_yaw, snapped
+from eomgen.scene.rotation import SNAP, Array, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.xml_reader import Element
 
-JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free"}
+JOINT_TYPES = {
+    "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
+    "planar": "planar",
+}  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _SILENT = {"visual", "collision", "material"}  # geometry has no part in the equations of motion
 _KNOWN = {
     "robot": {"link", "joint"},
     "link": {"inertial"},
-    "joint": {"origin", "parent", "child", "axis", "dynamics"},
+    "joint": {"origin", "parent", "child", "axis", "dynamics", "mimic", "limit"},
 }
 
 
@@ -35,6 +38,25 @@ class Link:
     name: str
     line: int
     inertia: Inertia
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """What a joint follows, by the name in the file: q = multiplier q_leader + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+    line: int
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Range of a joint's coordinate, and its largest effort; zeros where nothing is said, as the format has it."""
+
+    lower: float
+    upper: float
+    effort: float
 
 
 @dataclass(frozen=True)
@@ -51,6 +73,8 @@ class Joint:
     axis: tuple[float, ...]
     damping: float
     written_type: str
+    mimic: Mimic | None = None
+    limit: Limit | None = None
 
 
 #: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
@@ -154,10 +178,11 @@ class _Reader:
         origin = element.first("origin")
         roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
         exact = roll_pitch_yaw(roll, pitch, yaw)
-        orientation = snapped(exact)
+        orientation = snapped_rotation(exact)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
         nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < _off_right(angle) <= NEARLY), None)
-        return orientation, position, bool(np.any(orientation != exact)), "" if nearly is None else f"{nearly:.9g}"
+        made_exact = bool(np.any((orientation != exact) & np.isin(orientation, (-1.0, 0.0, 1.0))))
+        return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
 
     def link(self, name: str, element: Element) -> Link:
         key = f"links.{name}"
@@ -179,7 +204,7 @@ class _Reader:
         key = f"joints.{name}"
         self.leave_out("joint", element, name)
         written = element.attributes.get("type", "")
-        if written not in (*JOINT_TYPES, "planar"):
+        if written not in JOINT_TYPES:
             self.report.add_at(element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES))
         orientation, position, was_snapped, nearly = self.placement(element, key)
         if nearly:
@@ -202,7 +227,24 @@ class _Reader:
             axis=self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0)),
             damping=damping,
             written_type=written,
+            mimic=self.mimic(element, key),
+            limit=self.limit(element, key),
         )
+
+    def mimic(self, element: Element, key: str) -> Mimic | None:
+        found = element.first("mimic")
+        if found is None:
+            return None
+        (multiplier,) = self.numbers(found, "multiplier", key, (1.0,))
+        (offset,) = self.numbers(found, "offset", key, (0.0,))
+        return Mimic(found.attributes.get("joint", ""), multiplier, offset, found.line)
+
+    def limit(self, element: Element, key: str) -> Limit | None:
+        found = element.first("limit")
+        if found is None:
+            return None
+        lower, upper, effort = (self.numbers(found, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
+        return Limit(lower, upper, effort)
 
     def end(self, element: Element, tag: str, key: str) -> str:
         """Return the name of a joint's parent or child link; empty where there is none."""

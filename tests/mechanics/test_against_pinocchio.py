@@ -21,7 +21,7 @@ ROBOTS: dict[str, tuple[str, str, tuple[str, ...], int]] = {
     "ur5": ("ur_description/urdf/ur5_robot.urdf", "fixed", (), 6),
     "anymal_b": ("anymal_b_simple_description/robots/anymal.urdf", "free", (), 18),
     "solo12": ("solo_description/robots/solo12.urdf", "free", (), 18),
-    "talos": ("talos_data/robots/talos_full_v2.urdf", "free", (), 50),
+    "talos": ("talos_data/robots/talos_reduced.urdf", "free", (), 38),
     "double_pendulum_continuous": ("double_pendulum_description/urdf/double_pendulum_continuous.urdf", "fixed", (), 2),
 }
 TERMS = ["mass", "coupling", "force", "inverse_dynamics", "forward_dynamics"]

@@ -7,6 +7,7 @@ quaternion (x, y, z, w), twists linear first, joints sorted by name among siblin
 from __future__ import annotations
 
 import importlib.metadata
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,15 +33,21 @@ def robot_file(path: str) -> Path:
     raise FileNotFoundError(path)
 
 
+def vector_of(formulas: Sequence[Any]) -> Array:
+    return np.array([value_of(item, {}) for item in formulas])
+
+
 def body_inertia(body: Body) -> Any:
     """Return a body's inertia as Pinocchio's."""
     xx, yy, zz, xy, xz, yz = (value_of(item, {}) for item in body.inertia)
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return pin.Inertia(value_of(body.mass, {}), np.array([value_of(item, {}) for item in body.center_of_mass]), tensor)
+    found = pin.Inertia.Zero()  # the constructor refuses what no body can have
+    found.mass, found.lever, found.inertia = value_of(body.mass, {}), vector_of(body.center_of_mass), tensor
+    return found
 
 
 def _placement(orientation: Sequence[Sequence[float]], position: Sequence[Any]) -> Any:
-    return pin.SE3(np.array(orientation), np.array([value_of(item, {}) for item in position]))
+    return pin.SE3(np.array(orientation), vector_of(position))
 
 
 @dataclass
@@ -139,8 +146,9 @@ def oracle_from_urdf(path: Path, scene: Scene, root: str = "fixed", lock: Sequen
         model = pin.buildReducedModel(model, [model.getJointId(name) for name in lock], pin.neutral(model))
     bodies = {body.name: body for body in scene.bodies}
     joints, deviation, q_start, v_start = [], 0.0, 0, 0
+    written = {re.sub(r"[^A-Za-z0-9_]", "_", name): name for name in model.names}
     for joint in scene.joints:
-        name = joint.name if joint.type != "free" else "root_joint"
+        name = written.get(joint.name, joint.name) if joint.type != "free" else "root_joint"
         assert joint.type != "fixed" and model.existJointName(name), f"{name} is in one of the models only"
         number = model.getJointId(name)
         joints.append((number, joint.type, q_start, v_start))

@@ -16,7 +16,7 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.scene.formula_scope import Names
 from eomgen.scene.reader import load, load_toml
-from eomgen.scene.scene import Scene
+from eomgen.scene.scene import Mimic, Scene
 from eomgen.scene.schema import SECTIONS, Document
 from eomgen.scene.schema_key import fields_of, tables_of
 from tests.oracles.evaluation import tape_evaluator
@@ -327,23 +327,32 @@ def test_a_robot_on_a_moving_platform_agrees_with_pinocchio(folder: Path, robot:
     system = eomgen.derive(scene, terms=["mass", "inverse_dynamics"])
     model = pin.buildModelFromXML(urdf.replace("</robot>", _PLATFORM_URDF.format(root=root)))
     data = model.createData()
-    moving = [joint.name.removeprefix("arm_") for joint in scene.joints if joint.type != "fixed"]
-    assert sorted(moving) == sorted(model.names[1:]) and model.nq == model.nv == system.nv
-    order = [model.joints[model.getJointId(name)].idx_v for name in moving]
-    rng = np.random.default_rng(3)
+    G = _follows(scene, system, model)
+    rng, found = np.random.default_rng(3), tape_evaluator(system)
     for _ in range(3):
         q, v, a = rng.normal(size=(3, system.nv))
-        theirs = np.zeros((3, model.nv))
-        theirs[:, order] = q, v, a
         state = {"q": q[np.newaxis], "v": v[np.newaxis], "a": a[np.newaxis], "t": np.zeros((1, 1))}
-        found = tape_evaluator(system)
         M = next(iter(found("mass", state).values()))[0]
-        expected = pin.crba(model, data, theirs[0])
+        expected = pin.crba(model, data, G @ q)
         expected = np.triu(expected) + np.triu(expected, 1).T
-        np.testing.assert_allclose(M, expected[np.ix_(order, order)], atol=1e-9)
+        np.testing.assert_allclose(M, G.T @ expected @ G, atol=1e-9)
         tau = next(iter(found("inverse_dynamics", state).values()))[0]
-        damping = np.array([_damping(scene, name) for name in moving])
-        np.testing.assert_allclose(tau - damping * v, pin.rnea(model, data, *theirs)[order], atol=1e-8)
+        damping = np.array([_damping(scene, name) for name in model.names[1:]])
+        np.testing.assert_allclose(tau, G.T @ (pin.rnea(model, data, G @ q, G @ v, G @ a) + damping * (G @ v)), atol=1e-8)
+
+
+def _follows(scene: Scene, system: eomgen.System, model: Any) -> np.ndarray:
+    """Return Pinocchio's velocities per one of ours: Panda's second finger follows the first, one to one."""
+    names = [factor.name for factor in system.factors]
+    moving = {joint.name.removeprefix("arm_"): joint for joint in scene.joints if joint.type != "fixed"}
+    assert sorted(moving) == sorted(model.names[1:]) and model.nq == model.nv
+    G = np.zeros((model.nv, system.nv))
+    for name, joint in moving.items():
+        leader = joint.name if joint.mimic is None else joint.mimic.joint
+        G[model.joints[model.getJointId(name)].idx_v, names.index(leader)] = 1.0
+    if "panda_finger_joint2" in moving:
+        assert moving["panda_finger_joint2"].mimic == Mimic("arm_panda_finger_joint1")
+    return G
 
 
 def _damping(scene: Scene, name: str) -> float:
@@ -353,7 +362,9 @@ def _damping(scene: Scene, name: str) -> float:
 
 def test_options_of_a_robot(folder: Path) -> None:
     (folder / "robot.urdf").write_text((ROBOTS / FILES["panda"]).read_text(encoding="utf-8"), encoding="utf-8")
-    scene = made(folder, PLATFORM + 'lock = ["panda_finger_joint1", "panda_finger_joint2"]\nroot = "free"\n')
+    options = 'lock = ["panda_finger_joint1", "panda_finger_joint2"]\nroot = "free"\nlimits = true\n'
+    scene = made(folder, PLATFORM + options)
+    assert sum(len(joint.stops) for joint in scene.joints) == 7
     assert [joint.type for joint in scene.joints].count("revolute") == 7
     assert [(joint.name, joint.parent) for joint in scene.joints if joint.type == "free"] == [("arm_root_joint", "arm_base")]
     assert any(note.startswith("robot.urdf: joints locked at zero: panda_finger_joint1") for note in scene.notes)

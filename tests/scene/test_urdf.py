@@ -182,18 +182,17 @@ def test_right_angles_are_exact_only_where_they_are_meant() -> None:
 
 
 def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
-    extras = '<limit effort="1" velocity="1"/><mimic joint="x"/><dynamics damping="0.5" friction="2"/><spring/>'
+    extras = '<limit effort="1" velocity="1"/><dynamics damping="0.5" friction="2"/><spring/>'
     text = replaced('<dynamics damping="0.5"/>', extras).replace("</robot>", '<gazebo/><gazebo/><transmission name="t"/></robot>')
     assert [note for note in load_urdf(text).notes if note.startswith("not modelled")] == [
         "not modelled: settings of Gazebo (2)",
         "not modelled: transmissions (1: t)",
-        "not modelled: limits of position, velocity and effort (1: shoulder)",
-        "not modelled: coupling of joints by mimic, which move independently here (1: shoulder)",
         "not modelled: elements <spring> (1: shoulder)",
         "not modelled: dry friction (1: shoulder)",
+        "not modelled: limits of position, velocity and effort (1: shoulder)",
     ]
     found = refusals(text, strict=True)
-    assert len(found) == 6
+    assert len(found) == 5
     assert found[0] == "arm.urdf:1: not modelled: settings of Gazebo (2); try: no --strict (strict=False), to go on without"
     assert load_urdf(ARM, strict=True).content == load_urdf(ARM).content
 
@@ -233,7 +232,6 @@ def test_options() -> None:
         ("</robot>", "&lol;</robot>", "arm.urdf:18: this is not XML: undefined entity"),
         ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "arm.urdf:18: elements are nested more than 100 deep"),
         ("</robot>", "<xacro:macro/></robot>", "arm.urdf:2: the file holds xacro macros; try: xacro first"),
-        ('type="continuous"', 'type="planar"', "(joints.shoulder): planar joints are not modelled"),
         ('type="continuous"', 'type="revolut"', "the joint type 'revolut' is not known; try: revolute"),
         ('type="continuous"', "", "the joint type '' is not known"),
         ('type="continuous"', 'type="fixed"', "no joint can move"),

@@ -1,0 +1,223 @@
+"""Planar joints, mimic joints and limits of a URDF."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.mechanics.derive import derive
+from eomgen.scene.reader import load
+from eomgen.scene.rotation import about_axis, snapped_rotation
+from eomgen.scene.scene import Scene
+from eomgen.scene.urdf import load_urdf
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.formulas import value_of
+from tests.oracles.states import random_states
+
+LINK = """<link name="{}"><inertial><mass value="1.5"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
+  <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial></link>"""
+JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
+  <origin xyz="0.3 0.1 -0.2" rpy="0.4 -0.3 0.2"/><axis xyz="{axis}"/>{more}</joint>"""
+LIMITED = '<limit lower="-0.5" upper="1.5" effort="20" velocity="3"/>'
+
+
+def robot(*joints: tuple[str, str, str, str], axis: str = "0 0 1") -> str:
+    """Return a URDF of joints (name, type, parent, further elements), each with a link of the name of its joint in capitals."""
+    links = [LINK.format(name.upper()) for name, *_ in joints]
+    lines = [
+        JOINT.format(name=name, kind=kind, parent=parent, child=name.upper(), axis=axis, more=more)
+        for name, kind, parent, more in joints
+    ]
+    return f'<robot name="made"><link name="foot"/>{"".join(links)}\n' + "\n".join(lines) + "</robot>"
+
+
+def pinocchio_model(text: str) -> Any:
+    """Return Pinocchio's model; its reader wants limits."""
+    return pin.buildModelFromXML(re.sub(r"<axis [^>]*>(?!<limit)", rf"\g<0>{LIMITED}", text))
+
+
+def refusals(text: str, **options: object) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        load_urdf(text, **options)  # type: ignore[arg-type]
+    return [str(problem) for problem in caught.value.problems]
+
+
+def mimic(joint: str, more: str = "") -> str:
+    return f'<mimic joint="{joint}" {more}/>'
+
+
+def test_a_planar_joint_is_pinocchios() -> None:
+    """Pinocchio counts x, y, cos, sin and body velocities; the rates of ours are theirs turned into the plane."""
+    text = robot(("a", "revolute", "foot", '<limit lower="-1" upper="1" effort="1" velocity="1"/>'), ("slab", "planar", "A", ""))
+    scene = load_urdf(text)
+    assert scene.joints[1].type == "planar" and scene.joints[1].second_axis == (1.0, 0.0, 0.0)
+    model = pinocchio_model(text)
+    data = model.createData()
+    system = derive(scene, ["mass", "coupling"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, 5, np.random.default_rng(1))
+    model.gravity.linear = np.zeros(3)
+    for k in range(5):
+        (a, angle, x, y), v = state["q"][k], state["v"][k]
+        c, s = np.cos(angle), np.sin(angle)
+        T = np.array([[1.0, 0, 0, 0], [0, 0, c, s], [0, 0, -s, c], [0, 1.0, 0, 0]])  # pinocchio's velocity from ours
+        rate = v[1] * np.array([[0.0, 0, 0, 0], [0, 0, -s, c], [0, 0, -c, -s], [0, 0, 0, 0]])
+        q = np.array([a, x, y, c, s])
+        M = pin.crba(model, data, q)
+        M = np.triu(M) + np.triu(M, 1).T
+        expected = T.T @ pin.rnea(model, data, q, T @ v, rate @ v)
+        each = {name: values[k] for name, values in state.items()}
+        assert relative_error(evaluate("mass", each)["M"], T.T @ M @ T, 2) <= 1e-12
+        assert relative_error(evaluate("coupling", each)["h"], expected) <= 1e-12
+
+
+def test_damping_of_a_planar_joint_is_noted() -> None:
+    notes = load_urdf(robot(("slab", "planar", "foot", '<dynamics damping="1"/>'))).notes
+    assert "not modelled: damping of a planar joint (1: slab)" in notes
+
+
+def mimics_of(scene: Scene) -> dict[str, tuple[str, float, float]]:
+    return {
+        joint.name: (joint.mimic.joint, value_of(joint.mimic.multiplier, {}), value_of(joint.mimic.offset, {}))
+        for joint in scene.joints
+        if joint.mimic is not None
+    }
+
+
+def test_mimics_of_mimics_and_across_branches() -> None:
+    """The first follows a joint of another branch that comes after it, which follows one in its turn."""
+    text = robot(
+        ("first", "prismatic", "foot", mimic("last", 'multiplier="-0.5"')),
+        ("lead", "continuous", "foot", ""),
+        ("last", "revolute", "LEAD", mimic("lead", 'multiplier="2" offset="0.3"')),
+        ("still", "revolute", "LAST", mimic("lead", 'multiplier="0"')),
+    )
+    scene = load_urdf(text)
+    assert mimics_of(scene) == {"first": ("last", -0.5, 0.0), "last": ("lead", 2.0, 0.3), "still": ("lead", 0.0, 0.0)}
+    note = "joints that mimic others are no coordinates of their own: first follows last, last follows lead, still follows lead"
+    assert note in scene.notes
+    system = derive(scene, ["mass", "inverse_dynamics"])
+    assert [factor.name for factor in system.factors] == ["lead"]
+    model = pinocchio_model(text)
+    data, state = model.createData(), random_states(system, 5, np.random.default_rng(0))
+    G = {"first": -1.0, "lead": 1.0, "last": 2.0, "still": 0.0}
+    names = [model.names[k] for k in range(1, model.njoints)]
+    column = np.array([G[name] for name in names])
+    evaluate = tape_evaluator(system)
+    for k in range(5):
+        q, v, a = (float(state[name][k, 0]) for name in "qva")
+        coordinates = {"first": -0.5 * (2.0 * q + 0.3), "lead": q, "last": 2.0 * q + 0.3, "still": 0.0}
+        stored = np.concatenate(
+            [[np.cos(q), np.sin(q)] if name == "lead" else [coordinates[name]] for name in names]
+        )  # a continuous joint
+        tau = pin.rnea(model, data, stored, column * v, column * a) @ column
+        each = {name: values[k] for name, values in state.items()}
+        assert relative_error(evaluate("inverse_dynamics", each)["tau"], np.array([tau])) <= 1e-12
+
+
+def test_what_mimics_a_held_joint_is_held() -> None:
+    text = robot(
+        ("lead", "revolute", "foot", ""),
+        ("a", "revolute", "LEAD", mimic("lead", 'offset="0.4"')),
+        ("b", "prismatic", "A", mimic("a", 'multiplier="2"')),
+    )
+    held = load_urdf(text, lock=["lead"], root="free")
+    assert [joint.name for joint in held.joints] == ["root_joint"]
+    assert "joints held where those that they mimic are held: a, b" in held.notes
+    place = next(point for point in held.points if point.name == "B")
+    model = pinocchio_model(text)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.array([0.0, 0.4, 0.8]))
+    expected = data.oMf[model.getFrameId("B")].translation
+    np.testing.assert_allclose([value_of(item, {}) for item in place.position], expected, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("joints", "message"),
+    [
+        ([("a", "revolute", "foot", mimic("lead"))], "(joints.a): there is no joint 'lead' to mimic; try: one of a"),
+        ([("a", "revolute", "foot", mimic("a"))], "the joints mimic one another in a circle: a, a; try: one joint that leads"),
+        (
+            [("a", "revolute", "foot", mimic("b")), ("b", "revolute", "A", mimic("a"))],
+            "(joints.a): the joints mimic one another in a circle: a, b, a; try: one joint that leads",
+        ),
+        (
+            [("a", "floating", "foot", ""), ("b", "revolute", "A", mimic("a"))],
+            "(joints.b): the floating joint a cannot be mimicked: it has not one coordinate",
+        ),
+        (
+            [("a", "planar", "foot", mimic("b")), ("b", "revolute", "A", "")],
+            "(joints.a): the planar joint a cannot mimic another: it has not one coordinate",
+        ),
+        ([("a", "revolute", "foot", mimic("b", 'multiplier="x"'))], "multiplier: a number is needed here, not 'x'"),
+    ],
+)
+def test_mimics_that_cannot_be(joints: list[tuple[str, str, str, str]], message: str) -> None:
+    found = refusals(robot(*joints))
+    assert message in found[0], found
+
+
+def test_a_leader_that_moves_nothing_is_refused() -> None:
+    text = robot(("lead", "revolute", "foot", ""), ("a", "revolute", "foot", mimic("lead")), ("b", "revolute", "foot", ""))
+    light = text.replace(LINK.format("LEAD"), '<link name="LEAD"/>')
+    assert load_urdf(light).joints[0].name == "lead"
+    (found,) = refusals(light.replace(LINK.format("A"), '<link name="A"/>'))
+    assert "(joints.lead): the joint lead cannot be moved by a force: neither it nor what follows it carries mass" in found
+    assert "(URDF: lock lead)" in found
+
+
+def test_limits_become_stops_where_they_are_asked_for() -> None:
+    text = robot(("a", "revolute", "foot", LIMITED), ("b", "prismatic", "A", LIMITED), ("c", "continuous", "B", LIMITED))
+    assert all(not joint.stops for joint in load_urdf(text).joints)
+    assert "not modelled: limits of position, velocity and effort (3: a, b, c)" in load_urdf(text).notes
+    scene = load_urdf(text, limits=True)
+    stops = [joint.stops for joint in scene.joints]
+    assert [len(found) for found in stops] == [1, 1, 0]
+    fields = ("lower", "upper", "stiffness", "damping")
+    numbers = [[value_of(getattr(found[0], name), {}) for name in fields] for found in stops[:2]]
+    np.testing.assert_allclose(numbers, [[-0.5, 1.5, 2000.0, 20.0], [-0.5, 1.5, 20000.0, 200.0]])
+    assert "not modelled: limits of position, velocity and effort (1: c)" in scene.notes
+    assert scene.content != load_urdf(text).content
+
+
+@pytest.mark.parametrize("limit", ['effort="3"', 'lower="-1" upper="1"', 'lower="1" upper="-1" effort="3"'])
+def test_limits_without_a_range_or_an_effort_are_noted(limit: str) -> None:
+    scene = load_urdf(robot(("a", "revolute", "foot", f"<limit {limit}/>")), limits=True)
+    assert not scene.joints[0].stops
+    assert "not modelled: limits of position, velocity and effort (1: a)" in scene.notes
+
+
+def test_limits_are_for_urdf(tmp_path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text("format = 1")
+    with pytest.raises(UsageError, match="root, lock and limits are for URDF only"):
+        load(path, limits=True)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 3e-8, 1e-6, 1e-5, 3e-5, 1e-3, 1.0, np.pi / 2 - 1e-5, np.pi / 2 + 5e-12])
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.48, 0.6, 0.64)])
+def test_snapped_rotations_are_rotations(angle: float, axis: tuple[float, float, float]) -> None:
+    """Rounding single entries leaves a turn by 1e-5 skew by 5e-11."""
+    R = about_axis(np.array([0.0, 1.0, 0.0]), np.pi / 2) @ about_axis(np.array(axis), angle)
+    found = snapped_rotation(R)
+    assert np.abs(found @ found.T - np.eye(3)).max() <= 1.1e-14
+    assert np.abs(found - R).max() <= 2.1e-10
+    if angle < 1e-10:
+        assert set(np.abs(found).ravel()) == {0.0, 1.0}
+
+
+def test_a_nearly_straight_frame_is_no_turn_about_one_axis() -> None:
+    """Turned by 1e-9, a frame has a 1 on its diagonal in double precision; M must feel the 1e-9 all the same."""
+    text = robot(("a", "revolute", "foot", ""), ("b", "revolute", "A", ""))
+    text = text.replace('rpy="0.4 -0.3 0.2"', 'rpy="3e-9 2e-9 0.7"')
+    system = derive(load_urdf(text), ["mass"])
+    model = pinocchio_model(text)
+    q = np.array([0.3, -0.8])
+    M = pin.crba(model, model.createData(), q)
+    found = tape_evaluator(system)("mass", {"q": q})["M"]
+    assert relative_error(found, np.triu(M) + np.triu(M, 1).T, 2) <= 1e-15
