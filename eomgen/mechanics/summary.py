@@ -22,6 +22,9 @@ def kept_and_dropped(
             dropped.append(f"{what}: {why}")
 
     joints = scene.joints
+    followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
+    if followers:
+        dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     fixed = [joint.name for joint in joints if joint.type == "fixed"]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")

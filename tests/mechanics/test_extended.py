@@ -9,16 +9,17 @@ from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from tests.oracles.evaluation import relative_error, tape_evaluator
-from tests.oracles.random_scenes import random_scene, with_base, with_loads
+from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.robots import planar_chain
 from tests.oracles.states import on_base, random_states
 
 WEIGHTS = {"K": 0.3, "C": 0.7, "M": 1.9}
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize(("seed", "following"), [*((seed, False) for seed in range(8)), (4, True), (5, True)])
+def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: bool, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed), seed)
+    scene = with_mimics(scene, seed) if following else scene
     scene = with_base(scene, seed, turning=True) if seed % 2 else scene
     system = derive(scene, ["partials"])
     run = tape_evaluator(system)

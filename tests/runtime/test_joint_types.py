@@ -75,3 +75,50 @@ initial = { position = [0.1, 0.2, 0.3], velocity = [1, 2, 3] }
     np.testing.assert_array_equal(found.initial_v, [5.0, 1.0, 2.0, 3.0])
     other = found.simulate(0.0, 1e-3, initial={"plane": {"position": [0.5, 0.0, 0.0]}})
     np.testing.assert_array_equal(other.q[0], [0.0, 0.5, 0.0, 0.0])
+
+
+RACK = """
+format = 1
+name = "rack"
+terms = ["forward_dynamics", "partials", "residual", "energy", "outputs", "poses"]
+[bodies.pinion]
+mass = 1.0
+inertia = [0.02, 0.02, 0.03]
+[bodies.rack]
+mass = 2.0
+[joints.rack]
+type = "prismatic"
+parent = "base"
+child = "rack"
+axis = [0, 0, 1]
+stiffness = 50
+rest = 0.25
+rotor_inertia = 0.5
+mimic = { joint = "pinion", multiplier = -0.1, offset = 0.2 }
+[joints.pinion]
+type = "revolute"
+parent = "base"
+child = "pinion"
+axis = [0, 1, 0]
+initial = { position = 0.5 }
+[outputs]
+rack = { formula = ["q.rack", "v.rack", "a.rack"] }
+"""
+
+
+def test_a_rack_that_follows_its_pinion() -> None:
+    """(I + (m + rotor) r^2) angle'' = -r (m g + c (r angle + 0.2 - rest)) with r = -0.1: a swing about where both forces meet."""
+    found = eomgen.build(load_toml(RACK))
+    assert (found.nq, found.q_names) == (1, ["q.pinion"])
+    solution = found.simulate(3.0, 5e-4)
+    assert solution.success, solution.message
+    inertia, rate = 0.02 + 2.5 * 0.01, np.sqrt(50.0 * 0.01 / (0.02 + 2.5 * 0.01))
+    middle = (0.25 - 0.2 - 2.0 * 9.81 / 50.0) / -0.1
+    angle = middle + (0.5 - middle) * np.cos(rate * solution.t)
+    np.testing.assert_allclose(solution.q[:, 0], angle, atol=1e-4)
+    speed = -(0.5 - middle) * rate * np.sin(rate * solution.t)
+    np.testing.assert_allclose(solution.outputs["rack"][:, :2], np.stack([0.2 - 0.1 * angle, -0.1 * speed], axis=1), atol=2e-4)
+    assert inertia * rate**2 == pytest.approx(0.5)
+    np.testing.assert_allclose(solution.energy["total"], solution.energy["total"][0], atol=1e-3)
+    with pytest.raises(eomgen.UsageError, match=r"there is no joint 'rack'"):
+        found.simulate(1.0, 1e-3, initial={"rack": 0.1})
