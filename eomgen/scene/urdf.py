@@ -218,6 +218,7 @@ class _Merger:
         stops = stops_of(joint) if self.limits else None
         if stops is not None:
             entry["limits"] = stops
+            self.robot.left_out.setdefault("limits of velocity and effort", []).append(joint.name)
         elif joint.limit is not None:
             self.robot.left_out.setdefault("limit", []).append(joint.name)
 

@@ -11,11 +11,12 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Joint, Mimic, Scene
 from eomgen.system import System
+from tests.oracles.constrained import constraint
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, value_of, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.robots import body_of_masses
-from tests.oracles.states import jacobian, on_base, random_states
+from tests.oracles.states import derivative, jacobian, on_base, random_states
 
 STATES = 4
 VECTORS = {"coupling": "h", "force": "Q", "inverse_dynamics": "tau", "residual": "r"}
@@ -126,3 +127,23 @@ def test_parents_tell_which_components_are_coupled(rng) -> None:
             above.add(k)
         for j in range(i):
             assert j in above or np.abs(M[:, i, j]).max() == 0.0
+
+
+@pytest.mark.parametrize("kind", ["distance", "point_on_line", "rolling"])
+def test_loops_feel_followers(kind: str, rng) -> None:
+    """B and the bias of a constraint between moving bodies, by complex step along velocities of the leaders."""
+    scene = with_base(with_mimics(random_scene(5, 6), 5), 5)
+    scene = replace(scene, constraints=(constraint(rng, kind, scene.bodies[1].name, scene.bodies[-1].name),))
+    system = derive(scene, ["constraint", "constraint_jacobian", "constraint_velocity", "constraint_bias", "velocity_partials"])
+    evaluate = tape_evaluator(system)
+    state = on_base(evaluate, random_states(system, STATES, rng))
+    rows = system.holonomic
+    B = evaluate("constraint_jacobian", state)["B"]
+    by_q = jacobian(evaluate, system.factors, "constraint", "Phi", state, "q")
+    assert relative_error(B[:, :rows], by_q, 2) <= 1e-12
+    assert relative_error(B, jacobian(evaluate, system.factors, "constraint_velocity", "w", state, "v"), 2) <= 1e-12
+    Z = jacobian(evaluate, system.factors, "constraint_velocity", "w", state, "q")
+    assert relative_error(evaluate("velocity_partials", state)["Z"], Z, 2) <= 1e-12
+    rates = {"q": state["v"], "t": np.ones((STATES, 1))}
+    expected = derivative(evaluate, system.factors, "constraint_velocity", state, rates)["w"]
+    assert relative_error(evaluate("constraint_bias", state)["g"], expected) <= 1e-10

@@ -182,6 +182,7 @@ def test_limits_become_stops_where_they_are_asked_for() -> None:
     numbers = [[value_of(getattr(found[0], name), {}) for name in fields] for found in stops[:2]]
     np.testing.assert_allclose(numbers, [[-0.5, 1.5, 2000.0, 20.0], [-0.5, 1.5, 20000.0, 200.0]])
     assert "not modelled: limits of position, velocity and effort (1: c)" in scene.notes
+    assert "not modelled: limits of velocity and effort (2: a, b)" in scene.notes
     assert scene.content != load_urdf(text).content
 
 
