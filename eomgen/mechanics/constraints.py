@@ -116,10 +116,10 @@ def _holonomic(quantities: Quantities, item: Constraint, first: Placed, second: 
 def _driven_angle(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
     if item.drive is None:
         return []
-    return [("driven angle", _turned_past(quantities, quantities.formula(item.drive), first, second))]
+    return [("driven angle", turned_past(quantities, quantities.formula(item.drive), first, second))]
 
 
-def _turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
+def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
     """Return the sine of how far the second frame has turned about z beyond an angle: smooth over any number of turns."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
@@ -128,7 +128,7 @@ def _turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: P
 def _screwed(quantities: Quantities, item: Constraint, first: Placed, second: Placed, local: Vector) -> Scalar:
     """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
     pitch = quantities.formula(item.pitch)
-    return pitch * _turned_past(quantities, -local[2] / pitch, first, second)
+    return pitch * turned_past(quantities, -local[2] / pitch, first, second)
 
 
 def _driven_travel(quantities: Quantities, item: Constraint, local: Vector) -> list[tuple[str, Scalar]]:

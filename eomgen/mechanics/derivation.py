@@ -21,7 +21,7 @@ from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
 from eomgen.mechanics.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.jacobians import body_jacobians
-from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, joint_constraint
+from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.motion import total_fields
@@ -76,8 +76,11 @@ class Derivation:
             items = [found for joint in self.scene.joints if (found := joint_constraint(joint)) is not None] + items
         if not items:
             return None
-        rows = constraint_rows(self.quantities, items).without(self.without_rows)
-        return ConstraintCalculus(self.tree, rows, moving_base)
+        rows = constraint_rows(self.quantities, items)
+        if isinstance(self.quantities, AbsoluteQuantities):
+            following = following_rows(self.quantities)
+            rows.names[:0], rows.holonomic[:0] = [name for name, _ in following], [value for _, value in following]
+        return ConstraintCalculus(self.tree, rows.without(self.without_rows), moving_base)
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""

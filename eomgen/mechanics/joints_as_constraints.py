@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.constraints import place, rates_of
+from eomgen.mechanics.constraints import place, rates_of, turned_past
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.joints import Direction, aligning_turn, perpendicular
 from eomgen.mechanics.kinematics import Kinematics
@@ -53,7 +53,6 @@ class AbsoluteQuantities(Quantities):
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
         self._coordinates: dict[str, tuple[Scalar, ...]] = {}
         _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
-        _refuse(f"{joint.name}.mimic" for joint in scene.joints if joint.mimic is not None)
 
     def __call__(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "q":
@@ -111,6 +110,41 @@ class AbsoluteQuantities(Quantities):
         tape = self.algebra.tape
         (tangent,) = forward_partials(tape, [self.coordinate(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
+
+
+def following_rows(quantities: AbsoluteQuantities) -> list[tuple[str, Scalar]]:
+    """Return for each joint that follows another the equation that its coordinate is the leader's, multiplied, plus an offset.
+
+    An angle that follows is compared by its sine. Angles are known within half a turn, so an angle can be followed only by an
+    angle that turns whole times as fast.
+
+    Raises
+    ------
+    ModelError
+        For joints that follow an angle otherwise.
+    """
+    joints = {joint.name: joint for joint in quantities.scene.joints}
+    rows, problems = list[tuple[str, Scalar]](), list[Problem]()
+    for joint in joints.values():
+        if joint.mimic is None:
+            continue
+        multiplier, whole = quantities.formula(joint.mimic.multiplier), joint.mimic.multiplier
+        if joints[joint.mimic.joint].type == "revolute":
+            integer = isinstance(whole, Number) and whole.value == int(whole.value)
+            if joint.type != "revolute" or not integer:
+                what = "follows an angle, which absolute coordinates measure within half a turn, and is no whole multiple of it"
+                problems.append(Problem(f"joints.{joint.name}.mimic", what, "joint coordinates"))
+                continue
+        target = multiplier * quantities.coordinate(joint.mimic.joint) + quantities.formula(joint.mimic.offset)
+        item = quantities.constraints[joint.name]
+        if joint.type == "revolute" and item is not None:
+            value = turned_past(quantities, target, place(quantities, item.first), place(quantities, item.second))
+        else:
+            value = quantities.coordinate(joint.name) - target
+        rows.append((f"{joint.name}: follows {joint.mimic.joint}", value))
+    if problems:
+        raise ModelError(problems)
+    return rows
 
 
 def _refuse(keys: Iterable[str]) -> None:

@@ -11,12 +11,13 @@ from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.formula_nodes import Symbol
 from eomgen.scene.reader import load_toml
-from eomgen.scene.scene import BASE, SIZES, Effort, Joint, Output, Point, Scene, TorsionSpring
+from eomgen.scene.scene import BASE, SIZES, Effort, Joint, Mimic, Output, Point, Scene, TorsionSpring
 from eomgen.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector
 from tests.oracles.random_scenes import NUMBERS, point_outputs, random_scene, with_base, with_loads
+from tests.oracles.robots import body_of_masses
 from tests.oracles.states import on_base, random_states
 
 STATES = 4
@@ -104,6 +105,54 @@ def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) 
     scene = replace(scene, bodies=(*scene.bodies, small_body("wheel")), joints=(*scene.joints, free))
     scene = replace(scene, constraints=(constraint(rng, kind, BASE, "wheel", driven=driven),))
     check_same_motion(*both(scene, groups, rng))
+
+
+def with_followers(seed: int) -> Scene:
+    """Return a tree of four joints, three of which follow: an angle minus an angle, a travel a travel, an angle a travel."""
+    rng = np.random.default_rng(seed)
+    bodies = tuple(body_of_masses(name, rng.uniform(0.2, 0.6, 6), rng.uniform(-0.2, 0.3, (6, 3))) for name in "abcde")
+    places = [vector(rng.uniform(-0.3, 0.3, 3).tolist()) for _ in bodies]
+    mimics = {"B": Mimic("A", number(-2.0), number(0.3)), "D": Mimic("C", number(0.4))}
+    mimics["E"] = Mimic("D", number(0.7), number(-0.2))
+    kinds = {"A": "revolute", "B": "revolute", "C": "helical", "D": "prismatic", "E": "revolute"}
+    parents = {"A": BASE, "B": "a", "C": "a", "D": "b", "E": BASE}
+    joints = tuple(
+        Joint(
+            name, kind, parents[name], name.lower(), (0.6, 0.0, 0.8), place, pitch=number(0.2), mimic=mimics.get(name),  # type: ignore[arg-type]
+            initial_position=() if name in mimics else (0.0,), initial_velocity=() if name in mimics else (0.0,),
+            stiffness=number(2.0), damping=number(0.3),
+        )
+        for (name, kind), place in zip(kinds.items(), places, strict=True)
+    )  # fmt: skip
+    return point_outputs(Scene("followers", bodies, joints, points=(Point("tip", "d", vector((0.1, 0.2, 0.3))),)))
+
+
+@pytest.mark.parametrize("groups", GROUPS)
+def test_joints_that_follow_others(groups: str, rng) -> None:
+    """Four joints lead or follow; the follower of a follower too. In absolute coordinates each follower is one row more."""
+    scene = with_base(with_followers(2), 2)
+    joint, absolute = derive(scene, [*JOINT, *ROWS]), derive(in_absolute(scene, groups), [*JOINT, *ROWS])
+    assert (joint.nv, len(absolute.multipliers)) == (2, 28)
+    assert absolute.multipliers[:3] == ("B: follows A", "D: follows C", "E: follows D")
+    at_joint = tape_evaluator(joint)
+    state = random_states(joint, STATES, rng)
+    state = on_base(at_joint, {**state, "q": 0.5 * state["q"]})
+    free = replace(scene, joints=tuple(replace(item, mimic=None) for item in scene.joints))
+    every = derive(free, JOINT)
+    q, v = (np.stack([state[name][:, 0], -2.0 * state[name][:, 0], state[name][:, 1]], axis=1) for name in "qv")
+    q, v = (np.column_stack([part, 0.4 * part[:, 2], 0.28 * part[:, 2]]) for part in (q, v))
+    q = q + np.array([0.0, 0.3, 0.0, 0.0, -0.2])
+    moved = absolute_state(free, every, absolute, {**state, "q": q, "v": v}, at_joint)
+    check_same_motion(joint, absolute, state, moved)
+
+
+@pytest.mark.parametrize(("follower", "multiplier"), [("prismatic", 1.0), ("revolute", 0.5)])
+def test_what_follows_an_angle_in_part_is_refused(follower: str, multiplier: float) -> None:
+    scene = with_followers(1)
+    joints = list(scene.joints)
+    joints[1] = replace(joints[1], type=follower, mimic=Mimic("A", number(multiplier)))  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match=r"joints\.B\.mimic: follows an angle, .* and is no whole multiple"):
+        derive(in_absolute(replace(scene, joints=tuple(joints)), "SE3"), JOINT)
 
 
 def test_there_are_fixed_joints_among_the_scenes() -> None:

@@ -70,7 +70,7 @@ FAILURES = [
         "A kind of joint that there is not", 3,
         (
             "description error: r.urdf:4 (joints.lift): the joint type 'hinge' is not known; try: one of revolute, "
-            "continuous, prismatic, fixed, floating"
+            "continuous, prismatic, fixed, floating, planar"
         ),
         command="info r.urdf",
         files={"r.urdf": (
