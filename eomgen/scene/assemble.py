@@ -22,11 +22,11 @@ from eomgen.scene.document import read_document
 from eomgen.scene.formula_nodes import Formula, Operation, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
 from eomgen.scene.frames import check_two_bodies
-from eomgen.scene.include import Part, signature, with_included
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.mimics import check_mimics
 from eomgen.scene.names import key_of
+from eomgen.scene.part import Part, signature
 from eomgen.scene.report import Report
 from eomgen.scene.roads import Harmonic
 from eomgen.scene.schema_signals import Input
@@ -79,6 +79,8 @@ def from_data(
         report.raise_problems()
     part = Part(dict(data), {})
     if "include" in data:
+        from eomgen.scene.include import with_included  # noqa: PLC0415  # most scenes have none
+
         part = with_included(data, report, folder or Path())
         report.lines = part.lines
     data, labels = in_si(part.data, report)

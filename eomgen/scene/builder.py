@@ -18,8 +18,8 @@ Rotations = Sequence[tuple[Sequence[Value], Value]]
 class SceneBuilder:
     """Collects the entries of a scene; ``build`` checks them all at once.
 
-    Every method returns the builder. Numbers may be formulas (texts) wherever a scene file takes them; units are SI, and
-    the meaning of each key is that of the scene file.
+    Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", wherever a scene file takes
+    them; plain numbers are in SI, and the meaning of each key is that of the scene file.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ class SceneBuilder:
         self._lines: dict[str, str] = dict.fromkeys(("name", "gravity", "terms", "coordinates"), _caller())
         self._problems: list[Problem] = []
 
-    def parameter(self, name: str, value: float, *, tunable: bool = False, unit: str = "", description: str = "") -> Self:
-        """Add a named number; a tunable one can be changed without recompiling."""
+    def parameter(self, name: str, value: Value, *, tunable: bool = False, unit: str = "", description: str = "") -> Self:
+        """Add a named number, or a text of a number and its unit; a tunable one can be changed without recompiling."""
         return self._enter("parameters", name, value=value, tunable=tunable, unit=unit, description=description)
 
     def input(
@@ -393,8 +393,8 @@ class SceneBuilder:
         self,
         *,
         method: str | None = None,
-        step: float | None = None,
-        duration: float | None = None,
+        step: Value | None = None,
+        duration: Value | None = None,
         rho_inf: float | None = None,
         alpha: float | None = None,
         beta: float | None = None,

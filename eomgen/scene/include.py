@@ -6,10 +6,8 @@ its formulas keep their text and take their namespace along.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from eomgen.scene.checks import NAME_RULE
 from eomgen.scene.document import explained
 from eomgen.scene.names import is_legal, key_of, nearest, shown
 from eomgen.scene.namespace import Included, Namespace
+from eomgen.scene.part import Part
 from eomgen.scene.reader import read_text, shown_file, toml_data
 from eomgen.scene.renaming import Renamer, overridden
 from eomgen.scene.report import Report
@@ -32,28 +31,6 @@ from eomgen.scene.written_units import in_si
 _MOST_FILES = 1000
 _DEEPEST = 20
 _LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
-
-
-@dataclass
-class Part:
-    """The data of a file with all that it includes.
-
-    Attributes
-    ----------
-    data : as a scene file without includes holds them.
-    lines : ``file:line`` of each dotted key.
-    notes : of importers, and of what was left out.
-    judged : bodies whose inertias an importer has judged.
-    bound : by key, formulas that parameters of included files are; they are to be read even where nothing uses them.
-    spaces : every namespace, in order.
-    """
-
-    data: dict[str, Any]
-    lines: dict[str, str]
-    notes: list[str] = field(default_factory=list)
-    judged: set[str] = field(default_factory=set)
-    bound: dict[str, str] = field(default_factory=dict)
-    spaces: list[Namespace] = field(default_factory=list)
 
 
 def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part:
@@ -70,13 +47,6 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part
     """
     part = Part(dict(data), {key: report.place(key) for key in report.lines})
     return _Includer(report).expanded(part, report, folder, (folder / report.file,))
-
-
-def signature(spaces: Sequence[Namespace]) -> bytes:
-    """Return bytes that tell namespaces apart, for the cache key: texts alone do not say whose names they mention."""
-    if not spaces:
-        return b""
-    return json.dumps([[dict(space.names), dict(space.values)] for space in spaces], sort_keys=True).encode()
 
 
 class _Includer:

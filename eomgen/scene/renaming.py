@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.scene.names import nearest, shown
+from eomgen.scene.names import key_of, nearest, shown
 from eomgen.scene.namespace import Included, Namespace
 from eomgen.scene.report import Report
 from eomgen.scene.scene import BASE, WORLD
@@ -103,7 +103,7 @@ def overridden(
     parameters = dict(section) if isinstance(section, Mapping) else {}
     formulas: dict[str, str] = {}
     for name, value in entry.parameters.items():
-        place = f"{key}.parameters.{name}"
+        place = f"{key}.parameters.{key_of(name)}"
         if name not in parameters:
             what = f"{shown(entry.file)} has no parameter {shown(name)}"
             report.add(place, what, nearest(name, parameters) or "without parameters")

@@ -74,6 +74,12 @@ def to_si(quantity: Quantity) -> tuple[float, str]:
     return _finite(quantity, quantity.number * size), coherent(quantity.factors)
 
 
+def is_coherent(factors: Factors, quantity: Quantity) -> bool:
+    """Tell whether a unit is that of SI for a quantity."""
+    size, dimension = measure(factors)
+    return size == 1 and dimension == measure(quantity.factors)[1]
+
+
 def coherent(factors: Factors) -> str:
     """Return the unit of SI of the same kind: m for mm, rad/s for rpm, N/m for kN/m."""
     powers: dict[str, int] = {}

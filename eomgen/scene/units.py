@@ -14,12 +14,15 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
-from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from eomgen.errors import DescriptionError, Problem
 from eomgen.scene.formula_scope import RESERVED, WORDS
 from eomgen.scene.names import shown
 from eomgen.scene.unit_table import REFUSED, names
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 LENGTH = 100
 LARGEST_EXPONENT = 9
@@ -97,6 +100,8 @@ def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
     match = _QUANTITY.fullmatch(text.rstrip(" \t"))
     if match is None:
         raise UnitError(f"{shown(text)} is not a number with a unit", '"250 mm"')
+    from fractions import Fraction  # noqa: PLC0415  # brings decimal arithmetic, which scenes without units do not need
+
     digits = match[1].replace(" ", "").replace("\t", "")
     number, value = Fraction(digits), float(digits)
     if not math.isfinite(value) or (value == 0.0 and number != 0):

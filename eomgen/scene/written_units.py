@@ -6,7 +6,6 @@ What cannot be converted is reported and becomes a ``Refused`` text, about which
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
 from eomgen.scene.names import key_of, shown
@@ -68,13 +67,13 @@ class _Converter:
             return
         factors = _factors(label)
         if isinstance(written, str) and isinstance(number, float):
-            from eomgen.scene.unit_conversion import measure, to_si  # noqa: PLC0415
+            from eomgen.scene.unit_conversion import is_coherent, to_si  # noqa: PLC0415
 
             quantity = read_quantity(written)
             unit = to_si(quantity)[1]
             if not label.strip():
                 result["unit"] = unit
-            elif factors is None or measure(factors) != (Fraction(1), measure(quantity.factors)[1]):
+            elif factors is None or not is_coherent(factors, quantity):
                 what = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
                 self.report.add(f"{key}.unit", what, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
