@@ -115,8 +115,11 @@ def overridden(
         own = parameters[name] if isinstance(parameters[name], Mapping) else {}
         label = own.get("unit", "")
         try:
-            number = number_in_label(value, label if isinstance(label, str) else "", known) if isinstance(value, str) else value
-            parameters[name] = {**own, "value": number}
+            if isinstance(value, str):
+                number, unit = number_in_label(value, label if isinstance(label, str) else "", known)
+                parameters[name] = {**own, "value": number, "unit": unit}
+            else:
+                parameters[name] = {**own, "value": value}
         except UnitError as error:
             report.add(place, error.what, error.hint)
     data["parameters"] = parameters

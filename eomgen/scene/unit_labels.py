@@ -25,13 +25,13 @@ def in_label(where: str, text: str, label: str) -> float:
     if not is_quantity(text):
         raise UsageError(Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"'))
     try:
-        return number_in_label(text, label)
+        return number_in_label(text, label)[0]
     except UnitError as error:
         raise UsageError(Problem(where, error.what, error.hint)) from None
 
 
-def number_in_label(text: str, label: str, known: Collection[str] = ()) -> float:
-    """Return the number that a text with a unit is in the unit of a label; in SI where there is no label.
+def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
+    """Return the number that a text with a unit is in the unit of a label, and that unit; in SI where there is no label.
 
     Raises
     ------
@@ -42,10 +42,10 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> float
 
     quantity = read_quantity(text, known)
     if not label.strip():
-        return to_si(quantity)[0]
+        return to_si(quantity)
     try:
         read_unit(label)
     except UnitError:
         what = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
         raise UnitError(what, "a plain number") from None
-    return to_unit(quantity, label)
+    return to_unit(quantity, label), label

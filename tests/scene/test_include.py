@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import itertools
+import tempfile
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
+from eomgen.scene.assemble import from_data
 from eomgen.scene.formula_scope import Names
 from eomgen.scene.reader import load, load_toml
 from eomgen.scene.scene import Mimic, Scene
@@ -93,6 +100,7 @@ parent = "chassis"
 BY_HAND = """\
 [parameters.left_mass]
 value = 25
+unit = "kg"
 [parameters.left_rest]
 value = 0.3
 unit = "m"
@@ -193,6 +201,8 @@ def test_without_a_place_the_parent_itself_is_the_base(folder: Path) -> None:
     assert scene.joints[1].parent == "chassis" and scene.points[0].body == "chassis"
     assert [item.name for item in scene.parameters] == ["spring_rate", "r_stiffness", "r_mass", "r_rest"]
     assert scene.parameters[1].tunable and not scene.parameters[2].tunable
+    left = {item.name: (item.value, item.unit) for item in made(folder, CAR + LEFT).parameters}
+    assert (left["left_mass"], left["left_rest"]) == ((25.0, "kg"), (0.3, "m"))
 
 
 def test_twice_the_same_file(folder: Path) -> None:
@@ -484,6 +494,53 @@ def test_the_command_line_says_it_in_one_line(folder: Path, capsys: pytest.Captu
     assert captured.out == ""
     assert captured.err.startswith("description error: car.toml:14 (include.left.file): 'whel.toml' cannot be read")
     assert captured.err.count("\n") == 1
+
+
+_ODD = st.sampled_from(
+    ["", "x", 3, -1.5, True, [], {}, [1, 2, 3], {"a": 1}, "2 * t", "3 mm", "stiffness", "base", "world", "left_hub", None, [[1]],
+     "3 if", "1e400", "\u00e9", "a" * 70, ["250 mm", 0, "q.travel"], float("nan"), 10**400, "wheel.toml", "\0"]
+)  # fmt: skip
+_NAMES = st.sampled_from(["\u00e9", "a b", "x", "base", "t", "", "kind", "include"])
+
+
+def _places(data: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    for key, entry in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        yield (*place, key)
+        yield from _places(entry, (*place, key))
+
+
+@st.composite
+def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
+    """Return the data of a scene file with one to three entries changed, added or left out."""
+    data = tomllib.loads(text)
+    for _ in range(draw(st.integers(1, 3))):
+        *way, last = draw(st.sampled_from(list(_places(data)) or [("format",)]))
+        table: Any = data
+        for key in way:
+            table = table[key]
+        deed = draw(st.sampled_from(["change", "change", "add", "leave out"]))
+        if deed == "change" or not isinstance(table, dict):
+            table[last] = draw(_ODD)
+        elif deed == "add":
+            table[draw(_NAMES)] = draw(_ODD)
+        else:
+            table.pop(last, None)
+    return data
+
+
+@settings(max_examples=250, deadline=None)
+@given(spoiled(WHEEL), spoiled(CAR + LEFT + RIGHT) | st.just(tomllib.loads(CAR + LEFT + RIGHT)))
+def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:
+    with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
+        (Path(name) / "wheel.toml").touch()
+        patch.setattr("eomgen.scene.include.toml_data", lambda text, file: (copy.deepcopy(part), {}))
+        try:
+            scene = from_data(car, folder=Path(name))
+        except eomgen.EomgenError as error:
+            assert error.exit_code == 3
+            assert str(error).isascii() and all(len(line) < 500 for line in str(error).splitlines())
+        else:
+            assert scene.content and "nan" not in repr(scene.springs)
 
 
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------
