@@ -57,6 +57,7 @@ def described(system: System) -> dict[str, Any]:
         ],
         "parameters": {item.name: item.value for item in system.parameters},
         "inputs": [item.name for item in system.inputs],
+        "states": _states(system),
         "outputs": [item.name for item in system.outputs],
         "facts": dataclasses.asdict(system.facts),
         "functions": {
@@ -84,6 +85,21 @@ def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
     ]
     more = len(discontinuities) - len(lines)
     return [*lines, f"and {more} more"] if more else lines
+
+
+def _states(system: System) -> list[dict[str, Any]]:
+    """Return the internal states, each with what its rate costs alone."""
+    rates = system.functions["internal_rate"].refs if "internal_rate" in system.functions else [None] * system.nz
+    return [
+        {
+            "name": state.name,
+            "initial": state.value,
+            "unit": state.unit,
+            "description": state.description,
+            "flops": None if ref is None else system.tape.counts([ref]).flops,
+        }
+        for state, ref in zip(system.states, rates, strict=True)
+    ]
 
 
 def _print(data: dict[str, Any]) -> None:
@@ -116,6 +132,10 @@ def _print(data: dict[str, Any]) -> None:
         print_table(
             "Tunable parameters", ("name", "value"), [(name, f"{value:.9g}") for name, value in data["parameters"].items()]
         )
+    if data["states"]:
+        out.print()
+        states = [(s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in data["states"]]
+        print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), states, numeric=(1, 3))
     out.print()
     operations = [
         (

@@ -12,7 +12,7 @@ from eomgen.scene.unit_labels import in_label
 from eomgen.scene.units import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.scene.scene import Input, Parameter
+    from eomgen.scene.scene import Input, Parameter, State
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -50,6 +50,9 @@ def run_options(command: Command) -> Command:
     for decorate in (
         click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."),
         click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."),
+        click.option(
+            "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+        ),
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
         click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
@@ -105,7 +108,7 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
     return values
 
 
-def in_units(option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input]) -> dict[str, float]:
+def in_units(option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | State]) -> dict[str, float]:
     """Return numbers, those with a unit converted to the unit of what they are given for. Raises UsageError."""
     labels = {owner.name: owner.unit for owner in owners}
     return {

@@ -21,7 +21,7 @@ _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every")
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
-    """Return the scene of a path and turn the texts of ``--set`` and ``--input`` into numbers.
+    """Return the scene of a path and turn the texts of ``--set``, ``--input`` and ``--initial`` into numbers.
 
     Parameters
     ----------
@@ -31,9 +31,11 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
+    starts = assignments("--initial", options["initial"])
     scene = pipeline.load(path, **{name: options.pop(name) for name in _OF_SCENES})
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
+    options["initial"] = in_units("--initial", starts, scene.states) or None
     return scene
 
 

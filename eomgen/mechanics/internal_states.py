@@ -19,6 +19,7 @@ Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 def state_formulas(scene: Scene) -> Iterator[Formula]:
     """Yield every formula that may depend on the state of the scene, those of outputs aside."""
     yield from (state.rate for state in scene.states)
+    yield from (controller.output for controller in scene.controllers)
     yield from (spring.force for spring in scene.springs)
     yield from (effort.effort for effort in scene.efforts)
     for force in scene.forces:

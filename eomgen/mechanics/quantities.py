@@ -26,6 +26,8 @@ class Quantities:
         self.tyres = {tyre.name: tyre for tyre in scene.tyres}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
         self.state_numbers = {item.name: number for number, item in enumerate(scene.states)}
+        self.controllers = {item.name: item for item in scene.controllers}
+        self._outputs_of_controllers: dict[str, Scalar] = {}
         self.energies: dict[str, Scalar] = {}
 
     def _input(self, block: str, index: int = 0) -> Scalar:
@@ -41,6 +43,8 @@ class Quantities:
                 return self._input("u", self.input_numbers[symbol.name])
             case "state":
                 return self._input("z", self.state_numbers[symbol.name])
+            case "controller":
+                return self.controller(symbol.name)
             case "q":
                 return self.tree.coordinates[symbol.name].q[symbol.index]
             case "v":
@@ -70,6 +74,13 @@ class Quantities:
         """Return what an effort of 1 on a joint's component adds to the generalized force, by velocity component."""
         coordinates = self.tree.coordinates[joint]
         return {coordinates.dofs[index]: coordinates.ratio}
+
+    def controller(self, name: str) -> Scalar:
+        """Return what a controller gives, recorded once."""
+        if name not in self._outputs_of_controllers:
+            with self.algebra.tape.block(f"controller {name}"):
+                self._outputs_of_controllers[name] = self.formula(self.controllers[name].output)
+        return self._outputs_of_controllers[name]
 
     def formula(self, formula: Formula) -> Scalar:
         return record(self.algebra, formula, self)

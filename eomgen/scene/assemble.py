@@ -14,6 +14,7 @@ from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
 from eomgen.scene.bushings import read_bushing
 from eomgen.scene.constraints import check_closings, read_constraint
+from eomgen.scene.controllers import check_loops, read_controller, states_of
 from eomgen.scene.corners import applications
 from eomgen.scene.curve import AnyCurve
 from eomgen.scene.curve_checks import check_twice_differentiable
@@ -29,6 +30,7 @@ from eomgen.scene.names import key_of
 from eomgen.scene.part import Part, signature
 from eomgen.scene.report import Report
 from eomgen.scene.roads import Harmonic
+from eomgen.scene.schema_control import State
 from eomgen.scene.schema_signals import Input
 from eomgen.scene.tree import Link, ordered
 from eomgen.scene.tyres import read_tyre
@@ -137,7 +139,12 @@ class _Assembler:
         names = Names(
             parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
             inputs=(*document.inputs, *sorted(refused["inputs"])),
-            states=(*document.states, *sorted(refused["states"])),
+            states=(
+                *document.states,
+                *sorted(refused["states"]),
+                *(state for name, entry in document.controllers.items() for state in states_of(name, entry.type)),
+            ),
+            controllers=(*document.controllers, *sorted(refused["controllers"])),
             joints=self.joint_types,
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
@@ -179,6 +186,9 @@ class _Assembler:
         if document.coordinates == "absolute":
             check_within_half_a_turn(joints.values(), values, self.report)
         inputs = tuple(self.input(name, entry) for name, entry in document.inputs.items())
+        states, controllers = self.controllers()
+        springs = tuple(self.spring(name, spring) for name, spring in document.springs.items())
+        check_loops(controllers, springs, values)
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
@@ -195,13 +205,14 @@ class _Assembler:
             ),
             "curves": tuple(self.curve_table.values()),
             "inputs": inputs,
-            "states": tuple(self.state(name, entry) for name, entry in document.states.items()),
+            "states": tuple(states),
+            "controllers": tuple(controllers),
             "base": self.base(),
             "constraints": constraints,
             "coordinates": document.coordinates,
             "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
             "points": tuple(points.values()),
-            "springs": tuple(self.spring(name, spring) for name, spring in document.springs.items()),
+            "springs": springs,
             "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
             "bushings": tuple(bushings),
             "tyres": tuple(read_tyre(name, tyre, points, values) for name, tyre in document.tyres.items()),
@@ -230,7 +241,17 @@ class _Assembler:
         formula = functools.reduce(lambda x, y: Operation("add", (x, y)), parts) if parts else None
         return scene.Input(name, formula, entry.unit, entry.description, harmonics)
 
-    def state(self, name: str, entry: written.State) -> scene.State:
+    def controllers(self) -> tuple[list[scene.State], list[scene.Controller]]:
+        """Return all states, those that controllers make last, and what controllers give."""
+        states = [self.state(name, entry) for name, entry in self.document.states.items()]
+        outputs = []
+        for name, entry in self.document.controllers.items():
+            made, output = read_controller(name, entry, self.values)
+            states += made
+            outputs.append(output)
+        return states, outputs
+
+    def state(self, name: str, entry: State) -> scene.State:
         key = key_of("states", name)
         rate = self.values.formula(f"{key}.rate", entry.rate, STATE)
         initial = self.values.constant(f"{key}.initial", entry.initial)

@@ -91,6 +91,33 @@ class SceneBuilder:
         """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative."""
         return self._enter("states", name, rate=rate, initial=initial, unit=unit, description=description)
 
+    def controller(
+        self,
+        name: str,
+        type: str,
+        signal: Value,
+        *,
+        proportional: Value | None = None,
+        integral: Value | None = None,
+        derivative: Value | None = None,
+        gain: Value | None = None,
+        time_constant: Value | None = None,
+        lead: Value | None = None,
+        minimum: Value | None = None,
+        maximum: Value | None = None,
+        tracking: Value | None = None,
+        initial: Value = 0.0,
+        initial_filtered: Value | None = None,
+        unit: str = "",
+        description: str = "",
+    ) -> Self:
+        """Add a controller, filter or actuator of type pi, pid, low_pass or lead_lag; formulas use its output by its name."""
+        return self._enter(
+            "controllers", name, type=type, signal=signal, proportional=proportional, integral=integral, derivative=derivative,
+            gain=gain, time_constant=time_constant, lead=lead, minimum=minimum, maximum=maximum, tracking=tracking,
+            initial=initial, initial_filtered=initial_filtered, unit=unit, description=description,
+        )  # fmt: skip
+
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
         """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""
         return self._enter("base", "", position=position, rotation=rotation)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from eomgen.scene.controllers import states_of
 from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
 from eomgen.scene.mimics import led_or_following
@@ -34,7 +35,9 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 
 
 #: Sections whose entries formulas call by their names alone, and what an entry is.
-_BARE = {"parameters": "a parameter", "inputs": "an input", "states": "a state", "curves": "a curve"}
+_BARE = {
+    "parameters": "a parameter", "inputs": "an input", "states": "a state", "controllers": "a controller", "curves": "a curve",
+}  # fmt: skip
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 
 
@@ -54,6 +57,14 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
             break
         if name in getattr(document, other):
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
+    if section == "controllers" and name in document.controllers:
+        for made in states_of(name, document.controllers[name].type):
+            if not is_legal(made):
+                return f"the controller makes a state {shown(made)}, whose name is too long", "a shorter name"
+            for other, what in _BARE.items():
+                if made in getattr(document, other):
+                    fault = f"the controller makes a state {made}, and there is {what} of that name"
+                    return fault, "another name for one of them"
     return "", ""
 
 

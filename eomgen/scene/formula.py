@@ -231,6 +231,9 @@ class _Reader:
             raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, _KINDS))
         scope_kind = "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
+        if kind == "rate" and name in self.names.states and name not in known:
+            what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
+            raise self.error(node, what, f"its formula, or the state {name}")
         if name not in known:
             raise self.error(node, f"{kind}.{name[:64]}: there is no {_KINDS[kind]} {shown(name)}", nearest(name, known))
         if size is None:

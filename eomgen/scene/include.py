@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from eomgen.errors import EomgenError, FileError, UsageError
 from eomgen.scene.checks import NAME_RULE
+from eomgen.scene.controllers import SUFFIXES, states_of
 from eomgen.scene.document import explained
 from eomgen.scene.names import is_legal, key_of, nearest, shown
 from eomgen.scene.namespace import Included, Namespace
@@ -175,7 +176,9 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
-    space = Namespace({section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}, values)
+    names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
+    names["states"] |= {made: prefix + made for made in _made_states(inner.data)}
+    space = Namespace(names, values)
     base = _base(name, entry, part, report)
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)
     for section, renamed in entries.items():
@@ -219,6 +222,13 @@ def _base(name: str, entry: Include, part: Part, report: Report) -> str:
             if key + place in part.lines:
                 part.lines[key_of(section, body) + place] = part.lines[key + place]
     return body
+
+
+def _made_states(data: Mapping[str, Any]) -> list[str]:
+    """Return the names of the states that the controllers of a file make."""
+    entries = {name: data["controllers"][name] for name in _names(data, "controllers")}
+    kinds = {name: entry.get("type") for name, entry in entries.items() if isinstance(entry, Mapping)}
+    return [made for name, kind in kinds.items() if kind in SUFFIXES for made in states_of(name, str(kind))]
 
 
 def _prefix(name: str, entry: Include) -> str:

@@ -107,6 +107,16 @@ class State:
 
 
 @dataclass(frozen=True)
+class Controller:
+    """What a controller gives, by its name: a formula of its states and of its signal."""
+
+    name: str
+    output: Formula
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
 class Rotation:
     """Rotation by ``angle`` about a unit ``axis``; lists of these are intrinsic, in order."""
 
@@ -308,6 +318,7 @@ class Scene:
     curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
     states: tuple[State, ...] = ()
+    controllers: tuple[Controller, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
     springs: tuple[Spring, ...] = ()

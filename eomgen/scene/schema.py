@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, model_validator
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS, JointType
+from eomgen.scene.schema_control import Controller, State
 from eomgen.scene.schema_forces import Bushing, Friction, Limits, Tyre
 from eomgen.scene.schema_include import Include
 from eomgen.scene.schema_key import ANY_UNIT, Meaning, Table, every_unit, fields_of, key, tables_of
@@ -38,6 +39,7 @@ SECTIONS = (
     "curves",
     "inputs",
     "states",
+    "controllers",
     "bodies",
     "joints",
     "constraints",
@@ -66,15 +68,6 @@ class Parameter(Table):
         return data if isinstance(data, Mapping) else {"value": data}
 
 
-
-
-class State(Table):
-    """An internal state z, which its rate moves."""
-
-    rate: Value = key("its time derivative", names=STATE)
-    initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
-    unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
 
 
 class Base(Table):
@@ -338,6 +331,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}
     states: dict[str, State] = {}
+    controllers: dict[str, Controller] = {}
     base: Base | None = None
     bodies: dict[str, Body] = {}
     joints: dict[str, Joint] = {}

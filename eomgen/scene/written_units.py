@@ -40,7 +40,8 @@ class _Converter:
         self.notes: list[str] = []
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
-        self.known = {str(name) for section in ("parameters", "inputs", "curves") for name in sections.get(section, {})}
+        bare = ("parameters", "inputs", "states", "controllers", "curves")
+        self.known = {str(name) for section in bare for name in sections.get(section, {})}
 
     def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
         """Convert the values of a table; ``kind`` is the type of what is around it."""

@@ -1,0 +1,174 @@
+"""Controllers, filters and actuators of a scene: nothing but internal states and formulas, made of a few numbers.
+
+A limited integral is brought back by what the limits take off, over the tracking time (Astrom and Rundqwist, Integrator windup
+and how to avoid it, American Control Conference 1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
+
+from eomgen.scene.evaluate import symbols
+from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.formula_scope import PARAMETERS, STATE
+from eomgen.scene.names import key_of
+from eomgen.scene.scene import Controller, Spring, State
+from eomgen.scene.schema_control import Controller as Written
+from eomgen.scene.values import UNKNOWN, Values
+
+#: Keys beside signal, limits and labels that each type takes; the first ones it must have.
+_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "pi": ((), ("proportional", "integral", "tracking")),
+    "pid": (("time_constant",), ("proportional", "integral", "derivative", "tracking", "initial_filtered")),
+    "low_pass": (("time_constant",), ("gain",)),
+    "lead_lag": (("time_constant", "lead"), ("gain", "initial_filtered")),
+}
+_OPTIONAL = ("proportional", "integral", "derivative", "gain", "time_constant", "lead", "tracking", "initial_filtered")
+#: The states that each type makes, by what is put behind the controller's name.
+SUFFIXES: Mapping[str, tuple[str, ...]] = {
+    "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
+}  # fmt: skip
+
+
+def states_of(name: str, kind: str) -> list[str]:
+    """Return the names of the states that a controller makes."""
+    return [f"{name}_{suffix}" for suffix in SUFFIXES[kind]]
+
+
+def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
+    """Return the states and the output of a controller; what is wrong is reported."""
+    key, report = key_of("controllers", name), values.report
+    needed, allowed = _KEYS[entry.type]
+    given = [field for field in _OPTIONAL if getattr(entry, field) is not None]
+    for field in given:
+        if field not in (*needed, *allowed):
+            kinds = " and ".join(kind for kind, (first, second) in _KEYS.items() if field in (*first, *second))
+            report.add(f"{key}.{field}", f"{field} has no meaning for {entry.type}", f"type = {kinds}")
+    missing = [field for field in needed if field not in given]
+    for field in missing:
+        report.add(key, f"a {entry.type} controller needs {field}", f"{field} = 0.01")
+    if entry.initial and entry.type == "lead_lag":
+        report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
+    e = values.formula(f"{key}.signal", entry.signal, STATE)
+
+    def number(field: str, default: float) -> Formula:
+        written = getattr(entry, field)
+        return Number(default) if written is None else values.formula(f"{key}.{field}", written, PARAMETERS)
+
+    def start(field: str) -> float:
+        written = getattr(entry, field)
+        return 0.0 if written is None else values.constant(f"{key}.{field}", written)
+
+    T = number("time_constant", math.nan)
+    if "time_constant" in given and not values.value(T) > 0.0 and T is not UNKNOWN:
+        report.add(f"{key}.time_constant", f"the time constant {values.value(T):.6g} s is not positive", "0.01")
+    x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
+    limits = _Limits(key, entry, values)
+    made: dict[str, tuple[Formula, float]] = {}
+    if entry.type in ("pi", "pid"):
+        kp, ki = number("proportional", 0.0), number("integral", 0.0)
+        free = _sum(_product(kp, e), x)
+        if entry.type == "pid":
+            rate = _quotient(_difference(e, f), T)
+            free = _sum(free, _product(number("derivative", 0.0), rate))
+            made["filtered"] = rate, start("initial_filtered")
+        rate = _product(ki, e)
+        if limits.given:
+            back = _quotient(_difference(limits.of(free), free), _tracking(key, entry, kp, ki, values))
+            rate = _sum(rate, back)
+        made = {"integral": (rate, start("initial")), **made}
+    elif entry.type == "low_pass":
+        made["filtered"] = _quotient(_difference(_product(number("gain", 1.0), e), f), T), start("initial")
+        free = f
+    else:
+        made["filtered"] = _quotient(_difference(e, f), T), start("initial_filtered")
+        share = _quotient(number("lead", 0.0), T)
+        free = _product(number("gain", 1.0), _sum(f, _product(share, _difference(e, f))))
+    what = {"integral": "integral", "filtered": "filtered signal"}
+    states = [
+        State(f"{name}_{suffix}", rate, initial, entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
+              f"{what[suffix]} of the controller {name}")
+        for suffix, (rate, initial) in made.items()
+    ]  # fmt: skip
+    return states, Controller(name, limits.of(free), entry.unit, entry.description)
+
+
+class _Limits:
+    def __init__(self, key: str, entry: Written, values: Values) -> None:
+        self.bounds: dict[str, Formula] = {}
+        for field, operation in (("minimum", "max"), ("maximum", "min")):
+            written = getattr(entry, field)
+            if written is not None:
+                self.bounds[operation] = values.formula(f"{key}.{field}", written, PARAMETERS)
+        if len(self.bounds) == 2:
+            low, high = (values.value(self.bounds[operation]) for operation in ("max", "min"))
+            if low >= high:
+                what = f"the limits leave nothing: minimum {low:.6g} is not below maximum {high:.6g}"
+                values.report.add(f"{key}.minimum", what, "a smaller minimum")
+
+    @property
+    def given(self) -> bool:
+        return bool(self.bounds)
+
+    def of(self, formula: Formula) -> Formula:
+        for operation, bound in self.bounds.items():
+            formula = Operation(operation, (bound, formula))
+        return formula
+
+
+def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values) -> Formula:
+    """Return the tracking time: the one given, or the integral time kp/ki."""
+    if entry.tracking is not None:
+        time = values.formula(f"{key}.tracking", entry.tracking, PARAMETERS)
+        if not values.value(time) > 0.0 and time is not UNKNOWN:
+            values.report.add(f"{key}.tracking", f"the tracking time {values.value(time):.6g} s is not positive", "0.1")
+        return time
+    gains = values.value(kp), values.value(ki)
+    if UNKNOWN not in (kp, ki) and not (gains[0] > 0.0 and gains[1] > 0.0):
+        what = f"limits need a tracking time where proportional/integral = {gains[0]:.6g}/{gains[1]:.6g} is none"
+        values.report.add(key, what, "tracking = 0.1")
+    return Operation("div", (kp, ki))
+
+
+def _sum(x: Formula, y: Formula) -> Formula:
+    return Operation("add", (x, y))
+
+
+def _difference(x: Formula, y: Formula) -> Formula:
+    return Operation("sub", (x, y))
+
+
+def _product(x: Formula, y: Formula) -> Formula:
+    return Operation("mul", (x, y))
+
+
+def _quotient(x: Formula, y: Formula) -> Formula:
+    return Operation("div", (x, y))
+
+
+def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return a cycle among what uses what without a state between, its first member again at its end; or nothing."""
+    try:
+        TopologicalSorter(depends).prepare()
+    except CycleError as error:
+        cycle: list[str] = error.args[1]
+        return cycle[::-1]
+    return []
+
+
+def check_loops(controllers: Sequence[Controller], springs: Sequence[Spring], values: Values) -> None:
+    """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of springs."""
+    depends = {f"controllers.{item.name}": _used(item.output) for item in controllers}
+    depends |= {f"springs.{item.name}": _used(item.force) for item in springs}
+    loop = algebraic_loop(depends)
+    if loop:
+        chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
+        what = f"an algebraic loop: {chain}, with no state between"
+        values.report.add(loop[0], what, "a low_pass controller, or a state, somewhere in the loop")
+
+
+def _used(formula: Formula) -> list[str]:
+    sections = {"controller": "controllers", "tension": "springs"}
+    return sorted({f"{sections[s.kind]}.{s.name}" for s in symbols(formula) if s.kind in sections})

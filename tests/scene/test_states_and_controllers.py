@@ -1,0 +1,197 @@
+"""States and controllers of scene files: what is read, and what is refused with which words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.assemble import from_data
+from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.reader import load, load_toml
+from eomgen.scene.scene import Scene
+
+ARM = """\
+format = 1
+name = "arm"
+[parameters]
+gain = { value = 3.0, tunable = true }
+lag = 0.02
+[inputs]
+wanted = { formula = "sin(t)" }
+[bodies.link]
+mass = 1.0
+center_of_mass = [0, 0, -0.5]
+inertia = [0.1, 0.1, 0.1]
+[joints.pin]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+[points]
+tip = { body = "link", position = [0, 0, -1] }
+wall = { body = "base", position = [1, 0, 0] }
+"""
+
+
+def read(text: str) -> Scene:
+    return load_toml(ARM + text, file="arm.toml")
+
+
+def problems(text: str) -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        read(text)
+    return [str(problem).split(": ", 1)[1] for problem in caught.value.problems]
+
+
+def test_states_are_formulas_with_a_start() -> None:
+    scene = read('[states]\nx = { rate = "(wanted - x) / lag + v.pin", initial = "lag * 2", unit = "rad" }\ny = { rate = 1 }\n')
+    x, y = scene.states
+    assert (x.name, x.initial, x.unit) == ("x", 0.04, "rad") and (y.rate, y.initial) == (Number(1), 0.0)
+    assert {Symbol("input", "wanted"), Symbol("state", "x"), Symbol("v", "pin")} <= set(walk(x.rate))
+
+
+def walk(formula: object) -> list[object]:
+    return [formula, *(x for a in formula.arguments for x in walk(a))] if isinstance(formula, Operation) else [formula]
+
+
+def test_a_controller_is_states_and_a_formula() -> None:
+    scene = read(
+        '[controllers.servo]\ntype = "pi"\nsignal = "wanted - q.pin"\nproportional = "gain"\n'
+        'integral = 5\ninitial = 0.5\nunit = "N m"\n'
+    )
+    (state,), (controller,) = scene.states, scene.controllers
+    assert (state.name, state.initial, state.unit) == ("servo_integral", 0.5, "N m")
+    e = Operation("sub", (Symbol("input", "wanted"), Symbol("q", "pin")))
+    assert state.rate == Operation("mul", (Number(5), e))
+    kp = Symbol("parameter", "gain")
+    assert controller.output == Operation("add", (Operation("mul", (kp, e)), Symbol("state", "servo_integral")))
+
+
+def test_the_names_of_controllers_and_their_states_are_those_of_formulas() -> None:
+    scene = read(
+        '[controllers]\na = { type = "low_pass", signal = "b", time_constant = 0.1 }\n'
+        'b = { type = "pid", signal = "q.pin - a", derivative = 1, time_constant = 0.1 }\n'
+        '[efforts.motor]\njoint = "pin"\neffort = "a + b + b_integral * b_filtered"\n'
+    )
+    assert [state.name for state in scene.states] == ["a_filtered", "b_integral", "b_filtered"]
+    assert {Symbol("controller", "a"), Symbol("state", "b_filtered")} <= set(walk(scene.efforts[0].effort))
+
+
+def test_python_builds_the_same_scene() -> None:
+    from eomgen.scene.builder import SceneBuilder
+
+    builder = SceneBuilder("arm").parameter("gain", 3.0, tunable=True).parameter("lag", 0.02).input("wanted", "sin(t)")
+    builder.body("link", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
+    builder.joint("pin", "revolute", "base", "link", axis=[0, 1, 0])
+    builder.state("x", "-x", initial=2).controller("c", "low_pass", "q.pin", time_constant="lag", gain="gain", maximum=3)
+    scene = builder.build()
+    same = read('[states]\nx = { rate = "-x", initial = 2 }\n[controllers]\nc = { type = "low_pass", signal = "q.pin", '
+                'time_constant = "lag", gain = "gain", maximum = 3 }\n')  # fmt: skip
+    assert scene.states == same.states and scene.controllers == same.controllers
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('x = { rate = "torq" }', "unknown name 'torq' (column 1); try: "),
+        ('x = { rate = "a.pin" }', "a.pin cannot be used here (column 1); try: time, parameters, inputs, states, positions, "
+         "velocities and tensions (not accelerations) only"),
+        ('x = { rate = "acceleration.tip[0]" }', "acceleration.tip cannot be used here (column 1); try: time, parameters"),
+        ('x = { rate = "energy.power" }', "energy.power cannot be used here (column 1); try: time, parameters"),
+        ('x = { rate = "2 * rate.x" }', "rate.x: the rate of a state has no name, or it could depend on itself (column 5); "
+         "try: its formula, or the state x"),
+        ('x = { rate = 1, initial = nan }', "a finite number is needed here, not nan"),
+        ('x = { rate = 1, initial = "gain" }', "the tunable parameter 'gain' cannot be used here (column 1); try: a fixed"),
+        ('x = { initial = 1 }', "the key rate is missing; try: rate = ..."),
+        ('gain = { rate = 1 }', "the name gain is both a parameter and a state; try: another name for one of them"),
+        ('wanted = { rate = 1 }', "the name wanted is both an input and a state; try: another name for one of them"),
+        ('t = { rate = 1 }', "the name t is a word of formulas; try: t_value"),
+    ],
+)  # fmt: skip
+def test_states_that_cannot_be(text: str, message: str) -> None:
+    (found,) = problems(f"[states]\n{text}\n")
+    assert found.startswith(message), found
+
+
+LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('c = { type = "pdi", signal = 1 }', "'pdi' is not known here; try: one of pi, pid, low_pass or lead_lag"),
+        ('c = { type = "low_pass", signal = 1 }', "a low_pass controller needs time_constant; try: time_constant = 0.01"),
+        ('c = { type = "lead_lag", signal = 1, time_constant = 1 }', "a lead_lag controller needs lead; try: lead = 0.01"),
+        ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),
+        (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi and pid"),
+        (f"{LAG}, minimum = 2, maximum = 1 }}", "the limits leave nothing: minimum 2 is not below maximum 1; try: a smaller"),
+        ('c = { type = "low_pass", signal = 1, time_constant = "lag - 0.02" }', "the time constant 0 s is not positive"),
+        ('c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',
+         "limits need a tracking time where proportional/integral = 0/2 is none; try: tracking = 0.1"),
+        ('c = { type = "pi", signal = 1, integral = 2, maximum = 1, tracking = 0 }',
+         "the tracking time 0 s is not positive; try: 0.1"),
+        ('c = { type = "lead_lag", signal = 1, time_constant = 1, lead = 2, initial = 3 }',
+         "a lead_lag controller starts from initial_filtered; try: initial_filtered = ..."),
+        ('c = { type = "pi", signal = "a.pin" }', "a.pin cannot be used here (column 1); try: time, parameters, inputs, states"),
+        ('gain = { type = "pi", signal = 1 }', "the name gain is both a parameter and a controller; try: another name"),
+        ('c = { type = "pi", signal = "c + 1" }', "an algebraic loop: controllers.c uses controllers.c, with no state between; "
+         "try: a low_pass controller, or a state, somewhere in the loop"),
+    ],
+)  # fmt: skip
+def test_controllers_that_cannot_be(text: str, message: str) -> None:
+    found = problems(f"[controllers]\n{text}\n")
+    assert found[0].startswith(message), found
+    assert len(found) == 1
+
+
+def test_loops_through_several_and_through_springs_are_named() -> None:
+    several = (
+        '[controllers]\na = { type = "pi", signal = "b" }\n'
+        'b = { type = "lead_lag", signal = "2 * d", time_constant = 1, lead = 1 }\n'
+    )
+    (found,) = problems(several + 'd = { type = "pi", signal = "a - q.pin" }\n')
+    chain = "controllers.a uses controllers.b uses controllers.d uses controllers.a"
+    assert found.startswith(f"an algebraic loop: {chain}, with no state between; try: "), found
+    assert read(several + 'd = { type = "low_pass", signal = "a - q.pin", time_constant = 1 }\n').controllers
+    spring = '[springs.rope]\nfirst = "tip"\nsecond = "wall"\nstiffness = 10\nforce = "pull"\n'
+    (found,) = problems(spring + '[controllers]\npull = { type = "pi", signal = "1 - tension.rope" }\n')
+    assert found.startswith("an algebraic loop: controllers.pull uses tension.rope uses controllers.pull, "), found
+    lag = '[controllers]\npull = { type = "low_pass", signal = "1 - tension.rope", time_constant = 1 }\n'
+    assert read(spring + lag).springs
+
+
+def test_states_that_controllers_make_have_names_of_their_own() -> None:
+    (found,) = problems('[states]\nc_integral = { rate = 1 }\n[controllers]\nc = { type = "pi", signal = 1 }\n')
+    assert found.startswith("the controller makes a state c_integral, and there is a state of that name; try: another name")
+    long = "c" * 60
+    (found,) = problems(f'[controllers]\n{long} = {{ type = "pi", signal = 1 }}\n')
+    assert found.startswith("the controller makes a state 'cccc") and "whose name is too long; try: a shorter name" in found
+
+
+def test_states_can_be_given_as_data() -> None:
+    data = {
+        "format": 1, "name": "d", "bodies": {"b": {"mass": 1}}, "states": {"x": {"rate": "-x"}},
+        "joints": {"j": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
+    }  # fmt: skip
+    assert from_data(data).states[0].name == "x"
+
+
+def test_an_included_file_has_its_own_states_and_controllers(tmp_path: Path) -> None:
+    part = (
+        '[controllers]\nservo = { type = "pi", signal = "wanted - q.pin + slow", integral = 5 }\n'
+        '[states]\nslow = { rate = "servo_integral - slow" }\n[efforts.motor]\njoint = "pin"\neffort = "servo * slow"\n'
+    )
+    (tmp_path / "arm.toml").write_text(ARM + part, encoding="utf-8")
+    whole = 'format = 1\nname = "pair"\n[include]\nleft = { file = "arm.toml" }\nright = { file = "arm.toml" }\n'
+    (tmp_path / "pair.toml").write_text(whole, encoding="utf-8")
+    scene = load(tmp_path / "pair.toml")
+    assert {state.name for state in scene.states} == {
+        f"{side}_{name}" for side in ("left", "right") for name in ("slow", "servo_integral")
+    }
+    rates = {state.name: state.rate for state in scene.states}
+    left = Operation("sub", (Symbol("state", "left_servo_integral"), Symbol("state", "left_slow")))
+    assert rates["left_slow"] == left
+    product = Operation("mul", (Symbol("controller", "right_servo"), Symbol("state", "right_slow")))
+    assert product in [effort.effort for effort in scene.efforts]
