@@ -56,6 +56,19 @@ def double_pendulum_on_shaking_base() -> None:
     save(figure, "double_pendulum_on_shaking_base")
 
 
+def pi_servo() -> None:
+    model = eomgen.build(FOLDER / "pi_servo" / "scene.toml")
+    figure, (upper, lower) = plt.subplots(2, 1, figsize=(7, 4.6), layout="constrained", sharex=True)
+    for label, tracking, colour, style in (("integral held back", 0.3, BLUE, "-"), ("integral winds up", 1e6, VERMILION, "--")):
+        run = model.simulate(parameters={"tracking": tracking})
+        upper.plot(run.t, run.outputs["angles"][:, 1], color=colour, linestyle=style, label=label)
+        lower.plot(run.t, run.outputs["torques"][:, 0], color=colour, linestyle=style, linewidth=1.0)
+    upper.set(ylabel="angle of the load, rad")
+    upper.legend(frameon=False, loc="lower right")
+    lower.set(xlabel="time, s", ylabel="torque asked for, N m", xlim=(0, run.t[-1]))
+    save(figure, "pi_servo")
+
+
 def pendulum_on_shaking_base() -> None:
     run = simulated("pendulum_on_shaking_base")
     fall_time, fall = fallen(eomgen.build(FOLDER / "pendulum_on_shaking_base" / "scene.toml"))
@@ -282,6 +295,7 @@ def main() -> int:
         quarter_car_on_bump,
         half_car_on_measured_road,
         robot_arm,
+        pi_servo,
     )
     for draw in drawings:
         if not wanted or draw.__name__ in wanted:
