@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import Problem, UsageError
 from eomgen.runtime.checkpoint import Keeper
-from eomgen.runtime.damping import unresolved_damping
+from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
@@ -145,7 +145,9 @@ def simulate(
         trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
     u = None if table is None else signals.rows(np.array([start]))[0]
-    if name == "rk4" and (fault := unresolved_damping(model, state.q, state.v, start, u, p, step)):
+    faults = [unresolved_damping(model, state, start, u, p, step)] if name == "rk4" else []
+    faults += [unresolved_states(model, state, start, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
+    for fault in filter(None, faults):
         solution = replace(solution, message=f"{solution.message}; {fault}")
     return solution
 

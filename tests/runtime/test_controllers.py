@@ -122,6 +122,20 @@ def test_a_first_order_lag_is_exponential() -> None:
     assert np.allclose([run.q[-1, 0], run.v[-1, 0], run.z[-1, 0]], (expm(0.5 * A) @ [0, 0, 1, 1])[:3], atol=1e-9)
 
 
+def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
+    builder = eomgen.SceneBuilder("fast_lag", gravity=[0, 0, 0]).body("cart", 1.0).parameter("T", 0.01, tunable=True)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.controller("push", "low_pass", "1 - q.rail", time_constant="T").effort("push", "rail", "push")
+    model = eomgen.build(builder.build())
+    assert "decay" not in model.simulate(0.1, 1e-3, method="rk4").message
+    fast = model.simulate(0.1, 1e-3, method="rk4", parameters={"T": 2e-4})
+    assert fast.message.endswith(
+        "internal states decay at up to 5e+03 1/s at the start, too fast for an explicit method at this step; "
+        "try: generalized_alpha, or a step below 0.00056 s"
+    )
+    assert "decay" not in model.simulate(0.1, 1e-3, parameters={"T": 2e-4}).message
+
+
 @pytest.fixture
 def scene_file(tmp_path: Path) -> Path:
     path = tmp_path / "servo.toml"
