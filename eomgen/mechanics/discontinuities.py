@@ -51,6 +51,7 @@ def _formulas(scene: Scene) -> Iterator[tuple[Formula, int]]:
     yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
     yield from ((effort.effort, 0) for effort in scene.efforts)
     yield from ((state.rate, 0) for state in scene.states)
+    yield from ((controller.output, 0) for controller in scene.controllers)
     for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
         yield tyre.road, 1
         if tyre.road_rate is not None:

@@ -122,6 +122,13 @@ def test_a_first_order_lag_is_exponential() -> None:
     assert np.allclose([run.q[-1, 0], run.v[-1, 0], run.z[-1, 0]], (expm(0.5 * A) @ [0, 0, 1, 1])[:3], atol=1e-9)
 
 
+def test_jumps_that_controllers_see_are_known() -> None:
+    builder = eomgen.SceneBuilder("step_in_time", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.controller("push", "pi", "(1 if t < 0.35 else 2) - q.rail", proportional=3).effort("push", "rail", "push")
+    assert [item.time for item in eomgen.derive(builder.build()).discontinuities] == [0.35]
+
+
 def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
     builder = eomgen.SceneBuilder("fast_lag", gravity=[0, 0, 0]).body("cart", 1.0).parameter("T", 0.01, tunable=True)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
