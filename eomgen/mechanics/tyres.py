@@ -20,6 +20,9 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
     On a road at rest the spring's part has a potential. A road that moves does work on the tyre, so there all of it is power.
     """
     algebra, kinematics = quantities.algebra, quantities.kinematics
+    link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))
+    if link < 0:
+        return  # on a body that is fixed to the base
     state = tyre_contact(quantities, tyre)
     normal = scaled(state.contact.force, state.gradient)
     if tyre.moving_road:
@@ -28,7 +31,6 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
         loads.potential = loads.potential + state.contact.potential
         loads.power = loads.power - (state.contact.force - state.contact.elastic) * state.rate
     force, moment = normal, algebra.zero_vector
-    link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))
     to_world = multiply(kinematics.base.orientation, kinematics.pose(link)[0])
     if tyre.slip is not None:
         arm, patch_velocity, grip = _slip(quantities, tyre, tyre.slip, state)

@@ -57,11 +57,15 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
 @pytest.mark.parametrize("scene", SCENES)
 def test_four_number_types_agree_on_every_function(scene: str, tmp_path: Path, rng: np.random.Generator) -> None:
     system = eomgen.derive(ROOT / "examples" / scene)
+    check_four_number_types(system, _state(system, rng), tmp_path)
+
+
+def check_four_number_types(system: System, state: dict[str, Array], folder: Path) -> None:
+    """Compile a system as double, complex, lanes and float, and compare all its functions at a batch of states."""
     program = to_program(system)
-    state = _state(system, rng)
     found = {}
     for real in ("double", *TOLERANCE):
-        library = compile_program(program, tmp_path / real, real=real)
+        library = compile_program(program, folder / real, real=real)
         base = call(library, "base", state)[0] if "base" in system.functions else np.zeros((len(state["q"]), 19))
         inputs = {**state, "base": base}
         found[real] = {name: call(library, name, inputs) for name in system.functions}

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
+from eomgen.scene.force_elements import Slip, Tyre
+from eomgen.scene.scene import BASE, Point, Scene
 from eomgen.symbolic.evaluate import evaluate
+from tests.mechanics.test_bushings import random_bushing
 from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 from tests.oracles.robots import planar_chain
 from tests.oracles.states import on_base, random_states
@@ -16,10 +22,24 @@ from tests.oracles.states import on_base, random_states
 WEIGHTS = {"K": 0.3, "C": 0.7, "M": 1.9}
 
 
+def with_force_elements(scene: Scene, seed: int) -> Scene:
+    """Return the scene with a bushing and a tyre between its last body and what is outside."""
+    rng = np.random.default_rng(seed)
+    last = scene.bodies[-1].name
+    hub = Point("hub", last, vector(rng.normal(size=3).tolist()))
+    law = {"radius": number(3.0), "stiffness": number(9.0), "damping": number(2.0), "onset": number(0.5)}
+    slip = Slip((0.0, 1.0, 0.0), (number(5.0), number(4.0)), number(0.7), number(0.5))
+    tyre = Tyre("tyre", "hub", **law, road=number(0.0), road_rate=None, moving_road=False, slip=slip)
+    bushing = random_bushing(rng, "bushing", scene.bodies[0].name if seed % 3 else BASE, last)
+    bushings = () if scene.bodies[0].name == last else (bushing,)
+    return replace(scene, bushings=bushings, points=(*scene.points, hub), tyres=(tyre,))
+
+
 @pytest.mark.parametrize(("seed", "following"), [*((seed, False) for seed in range(8)), (4, True), (5, True)])
 def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: bool, rng: np.random.Generator) -> None:
     scene = with_loads(random_scene(seed, 2 + seed), seed)
     scene = with_mimics(scene, seed) if following else scene
+    scene = with_force_elements(scene, seed) if seed % 4 > 1 else scene
     scene = with_base(scene, seed, turning=True) if seed % 2 else scene
     system = derive(scene, ["partials"])
     run = tape_evaluator(system)

@@ -148,6 +148,15 @@ def test_a_wheel_that_moves_along_a_diagonal_has_the_slope_along_it(rng: np.rand
         assert np.abs(evaluate("force", state)["Q"]).max() > 1.0
 
 
+def test_a_tyre_on_a_body_that_is_fixed_to_the_base_does_nothing() -> None:
+    builder = SceneBuilder("stand").body("stand", 1.0).joint("bolt", "fixed", "base", "stand").point("foot", "stand", [0, 0, 0.1])
+    builder.body("flap", 1.0, inertia=[0.1, 0.1, 0.1]).joint("hinge", "revolute", "stand", "flap", axis=[1, 0, 0])
+    without = derive(builder.build(), ["force", "energy"])
+    with_tyre = derive(builder.tyre("tyre", "foot", radius=0.3, stiffness=900.0).build(), ["force", "energy"])
+    for function in ("force", "energy"):
+        assert with_tyre.counts[function] == without.counts[function]
+
+
 # -- motions -----------------------------------------------------------------------------------------------------------
 
 
