@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import copy
 import dataclasses
 import itertools
+import re
 import tempfile
 import tomllib
 from collections.abc import Iterator
@@ -295,6 +297,26 @@ def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -
     builder.include("left", "wheel.toml")
     with pytest.raises(DescriptionError, match=r"test_include\.py:\d+ \(include\.left\): this was given before"):
         builder.build()
+
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
+    """Whatever sections and kinds of formulas there are: the prefix taken away again, the scene is the one of the file."""
+    expected, data = load(path), tomllib.loads(path.read_text(encoding="utf-8"))
+    own = {key: value for key, value in data.items() if key not in SECTIONS}
+    own |= {"include": {"part": {"file": path.name, "prefix": "zz_"}}, "parameters": {}}
+    for key in own.keys() & {"base", "gravity"}:  # they may use the file's parameters, so they are written in the new names
+        text = repr(own[key])
+        for name in data.get("parameters", {}):
+            text = re.sub(rf"\b{name}\b", f"zz_{name}", text)
+        own[key] = ast.literal_eval(text)
+    found = from_data(own, folder=path.parent)
+    for field in dataclasses.fields(Scene):
+        if field.name not in ("content", "source", "notes"):
+            assert repr(getattr(found, field.name)).replace("zz_", "") == repr(getattr(expected, field.name)), field.name
 
 
 # -- robots ------------------------------------------------------------------------------------------------------------
