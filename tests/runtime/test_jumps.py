@@ -224,3 +224,15 @@ def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
                 solution = model.simulate(start + 1.0, 1e-3, t_start=start, method=method)
                 exact = float(free(1.0) + 3 * after_step(start + 1.0 - LATE))
                 assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
+
+
+def test_order_across_jumps_on_a_group() -> None:
+    """A fast top whose torque comes and goes, against its own fine run by the method of order 4."""
+    made = eomgen.SceneBuilder("top").body("top", 1.0, center_of_mass=[0, 0, 0.3], inertia=[0.02, 0.03, 0.01])
+    made.joint("ball", "spherical", "base", "top", initial={"velocity": [0.5, 0.2, 20]})
+    made.input("moment", points=[[0, 0], [0.2531, 1], [0.6, 0]], interpolation="steps")
+    model = eomgen.build(made.force("moment", "top", torque=["moment", 0, "0.1 * moment"]).build())
+    exact = model.simulate(1.0, 1 / 8000, method="rk4").q[-1]
+    for method, counts, order in (("generalized_alpha", (400, 800, 1600), 2.0), ("rk4", (200, 400, 800), 4.0)):
+        errors = [np.max(np.abs(model.simulate(1.0, 1.0 / n, method=method).q[-1] - exact)) for n in counts]
+        assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.1), method
