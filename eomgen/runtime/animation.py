@@ -124,6 +124,7 @@ def _packed(solution: Solution, poses: Mapping[str, Array], scenery: Mapping[str
         "points": list(points.values()),
         "springs": [{**item, "first": points[item["first"]], "second": points[item["second"]]} for item in scenery["springs"]],
         "rods": [{"name": rod["name"], "ends": [at(end) for end in rod["ends"]]} for rod in scenery["rods"]],
+        "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
     }
 
 

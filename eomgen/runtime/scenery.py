@@ -89,6 +89,10 @@ def scenery(scene: Scene, parameters: Mapping[str, float]) -> dict[str, Any]:
         {"name": item.name, "first": item.first, "second": item.second, "elastic": item.stiffness != Number(0.0)}
         for item in scene.springs
     ]
+    tyres = [
+        {"name": item.name, "center": item.center, "radius": number(f"tyres.{item.name}.radius", item.radius)}
+        for item in scene.tyres
+    ]
     shown = _shown(scene)
     for name in dict.fromkeys([*shown, *(end for item in scene.springs for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
@@ -111,6 +115,7 @@ def scenery(scene: Scene, parameters: Mapping[str, float]) -> dict[str, Any]:
         "points": [{"name": name, **item, "trace": name in shown} for name, item in points.items()],
         "springs": springs,
         "rods": rods,
+        "tyres": tyres,
     }
 
 

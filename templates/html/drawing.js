@@ -204,6 +204,17 @@ function draw() {
     addLine(ends, (both) => cutUp(both, 6), small, (piece) => line(piece, style.steel, 4.5));
   }
 
+  for (const tyre of scene.tyres) {
+    const wheel = pose(tyre.center.carrier);
+    const heading = turned(wheel.R, [1, 0, 0]);
+    const level = minus(heading, times(dot(heading, up), up));
+    const [middle, ahead] = [placed(wheel, tyre.center.position), norm(level) > 1e-3 ? unit(level) : across(up)[0]];
+    const at = (k) => plus(middle, times(tyre.radius, plus(times(Math.cos((k * Math.PI) / 24), ahead), times(Math.sin((k * Math.PI) / 24), up))));
+    for (let k = 0; k < 48; k++) {
+      addLine(camera.segment(at(k), at(k + 1)), (ends) => [ends], small, (piece) => line(piece, style.steel, 4, state.lit === null ? 1 : 0.4));
+    }
+  }
+
   for (const point of scene.points) {
     const colour = point.body < 0 ? rgbOf(style.steel) : bodies[point.body].colour;
     if (point.trace) {

@@ -124,7 +124,7 @@ function fillPage() {
     const colour = point.body < 0 ? style.steel : css(bodies[point.body].colour, 1);
     toggle("points", point.name, point.trace, (on) => (point.trace = on), colour);
   }
-  for (const item of [...scene.springs, ...scene.rods]) entry("others", [swatch("", "stroke"), worded(item.name)]);
+  for (const item of [...scene.springs, ...scene.rods, ...scene.tyres]) entry("others", [swatch("", "stroke"), worded(item.name)]);
   for (const name of ["bodies", "points", "others"]) byId(name).hidden = !byId(name).querySelector("li");
   const options = { names: "names", solids: "solids", glass: "see-through", joints: "joints", ground: "ground and axes", shadows: "shadows", follow: "follow the motion", repeat: "repeat" };
   for (const [name, text] of Object.entries(options)) {

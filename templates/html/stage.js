@@ -99,6 +99,9 @@ const bounds = (() => {
     };
     for (const body of bodies) for (const place of body.reach) take(body.carrier, place);
     for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
+    for (const { center, radius } of scene.tyres) {
+      for (const turn of SIGNS) for (const k of [0, 1, 2]) take(center.carrier, plus(center.position, times(2 * turn * radius, REST.R[k])));
+    }
     const middle = between(near, far, 0.5);
     first = first || middle;
     box = box || minus(far, near);

@@ -15,8 +15,11 @@ import eomgen
 from eomgen.cli import main
 from eomgen.runtime.animation import animation_page
 from eomgen.runtime.files import read_arrays, write_arrays
+from eomgen.runtime.scenery import scenery
 from eomgen.runtime.shapes import equivalent_solid
 from tests.runtime.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def data_of(page: str) -> dict:
@@ -126,6 +129,27 @@ def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
     assert equivalent_solid(0.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "none"
     rod = equivalent_solid(1.0, np.zeros(3), np.diag([1.0, 1.0, 0.0]))
     assert rod["kind"] == "cylinder" and rod["size"][0] == pytest.approx(0.02 * rod["size"][1])
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
+def test_every_example_has_something_to_see(file: Path) -> None:
+    scene = eomgen.load(file)
+    seen = scenery(scene, {})
+    assert [body["name"] for body in seen["bodies"]] == [body.name for body in scene.bodies]
+    assert any(body["solid"]["kind"] != "none" for body in seen["bodies"])
+    assert len(seen["springs"]) == len(scene.springs) and len(seen["tyres"]) == len(scene.tyres)
+    json.dumps(seen, allow_nan=False)
+
+
+def test_what_has_no_value_at_these_parameters_is_named() -> None:
+    builder = eomgen.SceneBuilder("rooted").parameter("length", 1.0, tunable=True)
+    builder.body("rod", 1.0, center_of_mass=[0, 0, "-sqrt(length)"], inertia=[0.1, 0.1, 0.1])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0])
+    with pytest.raises(eomgen.NumericalError) as caught:
+        scenery(builder.build(), {"length": -1.0})
+    assert str(caught.value) == (
+        "numerical error: bodies.rod.center_of_mass: cannot be drawn: sqrt(-1) has no finite value; try: other parameters"
+    )
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------
