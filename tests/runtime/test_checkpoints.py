@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import signal
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from eomgen.runtime.files import write_arrays
 from tests.oracles.robots import planar_chain
 from tests.runtime.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STATES = ("t", "q", "v", "a", "z", "multipliers")
 
 
@@ -81,6 +83,36 @@ def test_a_long_tree_by_its_extended_system(file: Path) -> None:
     one = model.simulate(0.05, 1e-3)
     first = model.simulate(0.02, 1e-3, checkpoint=file)
     assert same(first.followed_by(model.resume(file, 0.05)), one)
+
+
+def filtered() -> eomgen.Model:
+    """Return a pendulum with a first-order actuator: an internal state."""
+    data = tomllib.loads(PENDULUM_TOML)
+    data |= {"name": "filtered", "states": {"lag": {"rate": "(torque - lag) / 0.05", "initial": 0.1}}}
+    data["efforts"]["motor"]["effort"] = "lag"
+    return eomgen.build(data, profile="quick")
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "hht", "rk4"])
+def test_internal_states_are_part_of_the_memory(method: str, file: Path) -> None:
+    model = filtered()
+    one = model.simulate(0.4, 2e-3, method=method)
+    first = model.simulate(0.11, 2e-3, method=method, checkpoint=file)
+    whole = first.followed_by(model.resume(file, 0.4))
+    assert whole.z.shape == (201, 1) and np.ptp(whole.z) > 0.05
+    assert same(whole, one)
+    exact = model.simulate(0.4, 1e-4, method="rk4")
+    times = np.linspace(0.0, 0.4, 37)
+    np.testing.assert_allclose(whole.at(times).z, exact.at(times).z, atol=3e-5)
+
+
+def test_turns_of_a_crank_are_part_of_the_memory(file: Path) -> None:
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
+    assert model.library.layout["method"]["turning"]
+    one = model.simulate(3.0, 2e-3, record_every=5)
+    first = model.simulate(1.234, 2e-3, record_every=5, checkpoint=file)
+    assert np.max(np.abs(one.q)) > 2.0 * np.pi
+    assert same(first.followed_by(model.resume(file, 3.0)), one)
 
 
 def test_inputs_go_on(file: Path) -> None:
