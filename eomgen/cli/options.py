@@ -53,6 +53,7 @@ def run_options(command: Command) -> Command:
         click.option(
             "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
         ),
+        click.option("--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."),
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
         click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),

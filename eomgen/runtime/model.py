@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -19,12 +18,12 @@ from eomgen.runtime.configuration import configuration_rate, with_unit_quaternio
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
 from eomgen.runtime.internal_states import InternalStates
+from eomgen.runtime.runs import Runs
 from eomgen.runtime.terms import Inputs, Parameters, States, Terms
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
     from eomgen.integrators.consistency import Assembly
-    from eomgen.runtime.solution import Solution
 
 Array = NDArray[np.float64]
 
@@ -35,7 +34,7 @@ ENERGIES = ("kinetic", "potential", "power", "base_power")
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class Model(Bodies, InternalStates):
+class Model(Bodies, InternalStates, Runs):
     """A compiled scene.
 
     All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
@@ -291,18 +290,6 @@ class Model(Bodies, InternalStates):
         if self.nz:
             rates.append(self.internal_rates(turned, v, z, t, u, parameters=parameters))
         return np.concatenate(rates, axis=-1)
-
-    def simulate(self, t_end: float | None = None, step: float | None = None, **options: Any) -> Solution:
-        """Integrate from the initial state; see ``runtime.simulate.simulate`` for all options."""
-        from eomgen.runtime.simulate import simulate  # noqa: PLC0415  # the model is used without it too
-
-        return simulate(self, t_end, step, **options)
-
-    def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
-        """Go on with a run from its checkpoint, to the same bits; see ``runtime.resume.resume`` for all options."""
-        from eomgen.runtime.resume import resume  # noqa: PLC0415
-
-        return resume(self, path, t_end, **options)
 
     # -- arguments -----------------------------------------------------------------------------------------------------
 

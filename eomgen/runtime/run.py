@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import GeneralizedAlpha, Method
 from eomgen.runtime.checkpoint import Checkpoint, Keeper
+from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals
 from eomgen.runtime.run_settings import count_of
 from eomgen.runtime.stepping import Stepper
@@ -82,6 +83,26 @@ class Run:
         }
         start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
         return Checkpoint(said, state, workspace, values, start)
+
+
+def start_of(run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool) -> tuple[InitialState, list[str]]:
+    """Return the state a run starts from, and one sentence for each thing that was changed in the one that was asked for.
+
+    Parameters
+    ----------
+    settled : whether positions are those of static equilibrium nearby
+    changed : whether the state or the parameters are others than those that the model was built with
+    """
+    model, p, t = run.model, run.parameters, run.start
+    state, sentences = initial_state(model, initial, p), []
+    if settled:
+        inputs = run.driven(np.array([t]))[0] if run.driven else None
+        found = model.equilibrium({"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
+        state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
+    if model.multipliers and (settled or changed or t != 0.0):
+        consistent = model.consistent(state.q, state.v, t, parameters=p)
+        state, sentences = InitialState(consistent.q, consistent.v, state.z), sentences + consistent.corrections()
+    return state, sentences
 
 
 def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:

@@ -15,12 +15,11 @@ from eomgen.errors import Problem, UsageError
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
-from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
-from eomgen.runtime.run import Run, keeper_of
+from eomgen.runtime.run import Run, keeper_of, start_of
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
 from eomgen.runtime.scenery import seen
 from eomgen.runtime.solution import Solution
@@ -51,6 +50,7 @@ def simulate(
     progress: Progress | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
+    start: str | None = None,
 ) -> Solution:
     """Integrate the equations of motion with a fixed step.
 
@@ -91,6 +91,9 @@ def simulate(
         File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and meanwhile.
     checkpoint_every : int
         Steps between two checkpoints; one a minute where it is not given.
+    start : str
+        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's where
+        neither this nor ``initial`` is given.
 
     Raises
     ------
@@ -100,18 +103,13 @@ def simulate(
     defaults = model.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
-    start = number_of("t_start", t_start)
-    steps = steps_between(start, end, step)
+    t_first = number_of("t_start", t_start)
+    steps = steps_between(t_first, end, step)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.parameter_array(parameters)
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
-    state = initial_state(model, initial, p)
-    corrected: list[str] = []
-    if model.multipliers and (initial or parameters is not None or start != 0.0):
-        found = model.consistent(state.q, state.v, start, parameters=p)
-        state, corrected = InitialState(found.q, found.v, state.z), found.corrections()
     name = canonical_name(method or defaults["method"])
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
@@ -122,34 +120,45 @@ def simulate(
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
-    check_reach(model.library.layout, from_caller, start, start + step * steps)
+    check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
     signals = InputSignals(
-        model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
+        model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
     )
-    run = Run(model, name, stepped_by, chosen, p, signals, steps, every, start, end, corrected)
+    run = Run(model, name, stepped_by, chosen, p, signals, steps, every, t_first, end)
+    settled = _settled(start, initial is not None, defaults)
+    state, corrections = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
+    run = replace(run, corrections=corrections)
 
     began = time.perf_counter()
     stepper = Stepper(library, chosen, p)
     keeper = keeper_of(run, library, checkpoint, checkpoint_every)
-    table = run.driven(stepper.times_of(0, 1, start)) if run.driven else None
-    status = stepper.initialize(start, state.q, state.v, table, state.z)
+    table = run.driven(stepper.times_of(0, 1, t_first)) if run.driven else None
+    status = stepper.initialize(t_first, state.q, state.v, table, state.z)
     if status == _BAD_ARGUMENT:
         raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
     if status:
         unknown = np.full(model.nv + len(model.multipliers), np.nan)
-        rows = np.concatenate([[start], state.q, state.v, unknown, state.z])[np.newaxis]
+        rows = np.concatenate([[t_first], state.q, state.v, unknown, state.z])[np.newaxis]
         trajectory = Trajectory(rows, status, False, 0)
     else:
         if keeper is not None:
             keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
         trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
-    u = None if table is None else signals.rows(np.array([start]))[0]
-    faults = [unresolved_damping(model, state, start, u, p, step)] if name == "rk4" else []
-    faults += [unresolved_states(model, state, start, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
+    u = None if table is None else signals.rows(np.array([t_first]))[0]
+    faults = [unresolved_damping(model, state, t_first, u, p, step)] if name == "rk4" else []
+    faults += [unresolved_states(model, state, t_first, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
     for fault in filter(None, faults):
         solution = replace(solution, message=f"{solution.message}; {fault}")
     return solution
+
+
+def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
+    """Return whether a run starts at static equilibrium."""
+    chosen = start if start is not None else "initial" if given else defaults["start"]
+    if chosen not in ("initial", "equilibrium"):
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", "initial or equilibrium"))
+    return bool(chosen == "equilibrium")
 
 
 def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:

@@ -221,7 +221,7 @@ class _Assembler:
             "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),
             "simulation": scene.Simulation(
                 simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
-                simulation.alpha, simulation.beta, simulation.gamma,
+                simulation.alpha, simulation.beta, simulation.gamma, simulation.start,
             ),
         }
 

@@ -288,6 +288,7 @@ class Simulation:
     alpha: float | None = None
     beta: float | None = None
     gamma: float | None = None
+    start: str = "initial"
 
 
 @dataclass(frozen=True)

@@ -313,6 +313,9 @@ class Simulation(Table):
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", 1, kind="whole number from 1"
     )
+    start: Literal["initial", "equilibrium"] = key(
+        "the joints' initial state, or static equilibrium near it, with their velocities", "initial"
+    )
 
 
 class Document(Table, BaseModel):  # the linter knows the children of BaseModel only where it is named
