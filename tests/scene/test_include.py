@@ -542,16 +542,16 @@ def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
             table = table[key]
         deed = draw(st.sampled_from(["change", "change", "add", "leave out"]))
         if deed == "change" or not isinstance(table, dict):
-            table[last] = draw(_ODD)
+            table[last] = copy.deepcopy(draw(_ODD))
         elif deed == "add":
-            table[draw(_NAMES)] = draw(_ODD)
+            table[draw(_NAMES)] = copy.deepcopy(draw(_ODD))
         else:
             table.pop(last, None)
     return data
 
 
 @settings(max_examples=250, deadline=None)
-@given(spoiled(WHEEL), spoiled(CAR + LEFT + RIGHT) | st.just(tomllib.loads(CAR + LEFT + RIGHT)))
+@given(spoiled(WHEEL), spoiled(CAR + LEFT + RIGHT) | st.builds(lambda: tomllib.loads(CAR + LEFT + RIGHT)))
 def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
         (Path(name) / "wheel.toml").touch()
