@@ -32,6 +32,7 @@ def load(
     root: str = "fixed",
     lock: Sequence[str] = (),
     limits: bool = False,
+    friction: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file.
@@ -46,6 +47,8 @@ def load(
         For URDF: moving joints to be fixed at zero.
     limits : bool
         For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
+    friction : bool
+        For URDF: take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
 
@@ -55,7 +58,9 @@ def load(
     """
     from eomgen.scene import reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
-    return reader.load(path, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
+    return reader.load(
+        path, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
+    )
 
 
 def derive(scene: Described, terms: Sequence[str] | None = None) -> System:

@@ -23,6 +23,7 @@ def generate(
     root: str,
     lock: tuple[str, ...],
     limits: bool,
+    friction: bool,
     coordinates: Literal["joint", "absolute"] | None,
     folder: str,
     terms: list[str] | None,
@@ -32,7 +33,9 @@ def generate(
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
     from eomgen import pipeline  # noqa: PLC0415  # SymPy comes with it
 
-    described = pipeline.load(scene, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
+    described = pipeline.load(
+        scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
+    )
     files = pipeline.generate(described, folder, terms, method)
     if as_json:
         print_json([str(file) for file in files])

@@ -26,6 +26,7 @@ def info(
     root: str,
     lock: tuple[str, ...],
     limits: bool,
+    friction: bool,
     coordinates: Literal["joint", "absolute"] | None,
     terms: list[str] | None,
     as_json: bool,
@@ -34,7 +35,9 @@ def info(
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline import derive, load  # noqa: PLC0415
 
-    described_scene = load(scene, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
+    described_scene = load(
+        scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
+    )
     data = described(derive(described_scene, terms))
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:

@@ -24,6 +24,7 @@ def scene_options(command: Command) -> Command:
     """Add the scene's path and how it is read."""
     for decorate in (
         click.option("--lock", multiple=True, metavar="JOINT", help="URDF: hold this joint at zero; may be repeated."),
+        click.option("--friction", is_flag=True, help="URDF: take dry friction of joints, regularised."),
         click.option("--limits", is_flag=True, help="URDF: turn limits of position into compliant stops."),
         click.option(
             "--root",

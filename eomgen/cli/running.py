@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from eomgen.runtime.solution import Solution
     from eomgen.scene.scene import Scene
 
-_OF_SCENES = ("strict", "root", "lock", "limits", "coordinates")
+_OF_SCENES = ("strict", "root", "lock", "limits", "friction", "coordinates")
 #: Options of a run that may be given again where it goes on.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every")
 

@@ -149,7 +149,7 @@ def _robot(text: str, path: Path, entry: Include) -> Part:
 
     file = shown_file(path)
     root = "attached" if entry.root == "fixed" else "free"
-    data, lines, notes = urdf_data(text, file=file, root=root, lock=entry.lock, limits=entry.limits)
+    data, lines, notes = urdf_data(text, file=file, root=root, lock=entry.lock, limits=entry.limits, friction=entry.friction)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in lines.items()}
     return Part(data, places, [f"{file}: {note}" for note in notes], set(data["bodies"]))
 

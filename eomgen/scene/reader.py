@@ -23,6 +23,7 @@ def load(
     root: str = "fixed",
     lock: Sequence[str] = (),
     limits: bool = False,
+    friction: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file.
@@ -39,6 +40,8 @@ def load(
         For URDF: moving joints to be fixed at zero.
     limits : bool
         For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
+    friction : bool
+        For URDF: take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
 
@@ -56,8 +59,8 @@ def load(
     if kind not in (".toml", ".urdf", ".xml"):
         hint = "xacro first, to make a .urdf of it" if kind == ".xacro" else "a .toml scene or a .urdf file"
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", hint)
-    if kind == ".toml" and (root != "fixed" or lock or limits):
-        raise UsageError("root, lock and limits are for URDF only", "type and limits of the joint in the scene file")
+    if kind == ".toml" and (root != "fixed" or lock or limits or friction):
+        raise UsageError("root, lock, limits and friction are for URDF only", "keys of the joint in the scene file")
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
     text, file = read_text(path), shown_file(path)
@@ -65,7 +68,8 @@ def load(
         return load_toml(text, file=file, coordinates=coordinates, folder=path.parent)
     from eomgen.scene.urdf import load_urdf  # noqa: PLC0415 - imported only where it is needed
 
-    return load_urdf(text, file=file, strict=strict, root=root, lock=lock, limits=limits, coordinates=coordinates)
+    asked: dict[str, Any] = {"lock": lock, "limits": limits, "friction": friction}
+    return load_urdf(text, file=file, strict=strict, root=root, coordinates=coordinates, **asked)
 
 
 def shown_file(path: Path) -> str:

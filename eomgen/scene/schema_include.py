@@ -35,3 +35,4 @@ class Include(Table):
         "URDF: moving joints that are held at zero", (), kind="list of names"
     )
     limits: bool = key("URDF: limits of position become compliant stops", False)
+    friction: bool = key("URDF: dry friction of joints is taken, regularised", False)

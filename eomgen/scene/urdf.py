@@ -20,7 +20,7 @@ from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, about_axis, rows, snapped_rotation, unit_axis
 from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.urdf_elements import Joint, Robot, read_robot
-from eomgen.scene.urdf_limits import stops_of
+from eomgen.scene.urdf_limits import friction_of, stops_of
 from eomgen.scene.urdf_mimics import held_and_following
 from eomgen.scene.xml_reader import read_xml
 
@@ -44,6 +44,7 @@ def load_urdf(
     root: str = "fixed",
     lock: Sequence[str] = (),
     limits: bool = False,
+    friction: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
     """Read a scene from the text of a URDF file; see ``reader.load``.
@@ -54,12 +55,19 @@ def load_urdf(
     """
     if root not in ("fixed", "free"):
         raise UsageError(f"root is {shown(root)}", "fixed or free")
-    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits)
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits, friction=friction)
     return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
 
 
 def urdf_data(
-    text: str, *, file: str, strict: bool = False, root: str = "fixed", lock: Sequence[str] = (), limits: bool = False
+    text: str,
+    *,
+    file: str,
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
     """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
 
@@ -83,7 +91,7 @@ def urdf_data(
     report.raise_problems()
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
-    merger = _Merger(robot, order, held, leaders, root, limits=limits)
+    merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
     notes = [*merger.notes, *_notes(robot, locked), *_notes_of_mimics(robot, locked, held, leaders)]
     doubts = [*_doubtful_inertias(robot), *_left_out(robot, set(held))]
     if strict:
@@ -143,12 +151,13 @@ class _Merger:
 
     def __init__(
         self, robot: Robot, order: Sequence[Joint], held: Mapping[str, float], leaders: Mapping[str, str], root: str,
-        *, limits: bool,
+        *, limits: bool, friction: bool,
     ) -> None:  # fmt: skip
         self.robot = robot
         self.held = held
         self.leaders = leaders
         self.limits = limits
+        self.friction = friction
         self.notes: list[str] = []
         self.lines: dict[str, int | str] = {}
         self.parts: dict[str, list[Inertia]] = {}
@@ -209,6 +218,7 @@ class _Merger:
             if joint.mimic is not None:
                 leader = {"joint": self.leaders[joint.name]}
                 entry["mimic"] = leader | {"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset}
+            self.add_friction(joint, entry)
             self.add_limits(joint, entry)
             self.data["joints"][joint.name] = entry
         self.add_part(joint.child)
@@ -221,6 +231,14 @@ class _Merger:
             self.robot.left_out.setdefault("limits of velocity and effort", []).append(joint.name)
         elif joint.limit is not None:
             self.robot.left_out.setdefault("limit", []).append(joint.name)
+
+    def add_friction(self, joint: Joint, entry: dict[str, Any]) -> None:
+        """Take a joint's dry friction where that is asked for, and note what stays out."""
+        friction = friction_of(joint) if self.friction else None
+        if friction is not None:
+            entry["friction"] = friction
+        elif joint.friction != 0.0:
+            self.robot.left_out.setdefault("friction", []).append(joint.name)
 
     def make_bodies(self) -> None:
         merged = [name for name in self.data["points"] if name in self.robot.links]

@@ -75,6 +75,7 @@ class Joint:
     written_type: str
     mimic: Mimic | None = None
     limit: Limit | None = None
+    friction: float = 0.0
 
 
 #: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
@@ -214,8 +215,6 @@ class _Reader:
         dynamics = element.first("dynamics")
         (damping,) = self.numbers(dynamics, "damping", key, (0.0,))
         (friction,) = self.numbers(dynamics, "friction", key, (0.0,))
-        if friction != 0.0:
-            self.out.left_out.setdefault("friction", []).append(name)
         return Joint(
             name=name,
             line=element.line,
@@ -229,6 +228,7 @@ class _Reader:
             written_type=written,
             mimic=self.mimic(element, key),
             limit=self.limit(element, key),
+            friction=friction,
         )
 
     def mimic(self, element: Element, key: str) -> Mimic | None:

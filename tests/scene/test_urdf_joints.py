@@ -196,8 +196,27 @@ def test_limits_without_a_range_or_an_effort_are_noted(limit: str) -> None:
 def test_limits_are_for_urdf(tmp_path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("format = 1")
-    with pytest.raises(UsageError, match="root, lock and limits are for URDF only"):
-        load(path, limits=True)
+    for asked in ({"limits": True}, {"friction": True}):
+        with pytest.raises(UsageError, match="root, lock, limits and friction are for URDF only"):
+            load(path, **asked)
+
+
+def test_dry_friction_is_taken_where_it_is_asked_for() -> None:
+    def rubbing(friction: str) -> str:
+        return f'<dynamics damping="0.5" friction="{friction}"/>'
+
+    text = robot(
+        ("a", "revolute", "foot", rubbing("3")), ("b", "prismatic", "A", rubbing("4")), ("c", "continuous", "B", rubbing("5")),
+        ("d", "floating", "C", rubbing("6")), ("e", "revolute", "D", rubbing("-1")), ("f", "revolute", "E", rubbing("0")),
+    )  # fmt: skip
+    assert all(not joint.friction for joint in load_urdf(text).joints)
+    assert "not modelled: dry friction (5: a, b, c, d, e)" in load_urdf(text).notes
+    scene = load_urdf(text, friction=True)
+    found = [joint.friction for joint in scene.joints]
+    assert [len(entry) for entry in found] == [1, 1, 1, 0, 0, 0]
+    numbers = [[value_of(getattr(entry[0], name), {}) for name in ("coulomb", "velocity")] for entry in found[:3]]
+    assert numbers == [[3.0, 0.01], [4.0, 0.001], [5.0, 0.01]]
+    assert "not modelled: dry friction (2: d, e)" in scene.notes
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 3e-8, 1e-6, 1e-5, 3e-5, 1e-3, 1.0, np.pi / 2 - 1e-5, np.pi / 2 + 5e-12])
