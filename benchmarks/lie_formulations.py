@@ -97,7 +97,7 @@ def lines_of(rows: Sequence[Row]) -> list[list[str]]:
 def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.lie_formulations", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--exponents", type=int, nargs="+", default=[10, 11, 12, 13], help="steps of 2^-exponent s")
-    parser.add_argument("--variants", action="store_true", help="with increments cut into two and three exponentials (F1, F2)")
+    parser.add_argument("--variants", action="store_true", help="F1, F2 (increments cut into exponentials) and spatial too")
     parser.add_argument("--rho-inf", type=float, default=0.9)
     parser.add_argument("--rtol", type=float, default=1e-8)
     parser.add_argument("--atol", type=float, default=1e-10)

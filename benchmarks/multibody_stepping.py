@@ -29,7 +29,7 @@ DEFAULT, LOOSE = "default", "1e-6"
 TOLERANCES: Mapping[str, Mapping[str, float]] = {DEFAULT: {}, LOOSE: {"rtol": 1e-6, "atol": 1e-8}}
 #: Tolerance and rho_inf of our runs of the top; EXUDYN's are given as many radii.
 OWN_WAYS = ((DEFAULT, 0.9), (LOOSE, 0.9), (LOOSE, 0.8), (LOOSE, 0.6))
-TOPS = (*tops.FORMULATIONS, *(one for one in tops.VARIANTS if one.method.endswith("f1")))
+TOPS = (*tops.FORMULATIONS, *(one for one in tops.VARIANTS if one.method.endswith(("f1", "spatial"))))
 #: Steps per second that are tried for the top: 2^(k/8) thousand.
 TRIED = tuple(round(1000 * 2 ** (k / 8)) for k in range(57))
 PARTS = ("top", "hinges", "lengths")

@@ -46,9 +46,9 @@ R3XSO3 = Formulation("R3xSO(3) stabilised", "R3xSO3", "generalized_alpha")
 R3XSO3_INDEX3 = Formulation("R3xSO(3) index 3", "R3xSO3", "generalized_alpha_index3")
 FORMULATIONS = (JOINT_RK4, JOINT, SE3, SE3_INDEX3, R3XSO3, R3XSO3_INDEX3)
 VARIANTS = tuple(
-    Formulation(f"{one.name} {variant.upper()}".replace("stabilised ", ""), one.group, f"{one.method}_{variant}")
+    Formulation(f"{one.name} {name}".replace("stabilised ", ""), one.group, f"{one.method}_{name.lower()}")
     for one in (JOINT, SE3, R3XSO3, R3XSO3_INDEX3)
-    for variant in ("f1", "f2")
+    for name in ("F1", "F2", "spatial")
 )
 
 

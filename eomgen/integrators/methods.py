@@ -55,7 +55,9 @@ _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Ha
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
 #: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both accelerations.
-VARIANTS = ("F0", "F1", "F2")
+#: ``spatial``: one exponential, and what a step takes over from the last one is carried along with its rotation.
+SPATIAL = "spatial"
+VARIANTS = ("F0", "F1", "F2", SPATIAL)
 #: Largest spectral radius at which index 3 is known to damp what its start excites, and where it is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
 
@@ -73,7 +75,8 @@ class GeneralizedAlpha:
         (constraints hold, their rates to second order only).
     variant : str
         ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in exponentials
-        of their own.
+        of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that does not
+        turn with the body.
     case : Coefficients, optional
         Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, whatever was said.
     """

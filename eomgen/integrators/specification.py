@@ -13,6 +13,7 @@ from eomgen.integrators.methods import (
     INDEX_3,
     INDEX_3_REFUSED_RHO,
     RKMK,
+    SPATIAL,
     STABILISED,
     FactsLike,
     GeneralizedAlpha,
@@ -94,7 +95,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "source": method.source,
         "step": float(step),
         "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta)),
-        "lie": _lie_data(system.factors, implicit),
+        "lie": _lie_data(system.factors, implicit, getattr(method, "variant", "")),
         "turning": list(system.turning),
     }
     if jumps := jump_data(system.discontinuities, method.order):
@@ -212,7 +213,7 @@ def _factorization_cost(system: SystemLike, solver: Solver) -> float:
     return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
 
 
-def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
+def _lie_data(factors: Sequence[FactorLike], implicit: bool, variant: str) -> dict[str, Any]:
     """Return the factors as runs, neighbouring R's merged, and the group functions that they need."""
     runs: list[dict[str, Any]] = []
     for factor in factors:
@@ -225,7 +226,8 @@ def _lie_data(factors: Sequence[FactorLike], implicit: bool) -> dict[str, Any]:
         else:
             runs.append({"group": factor.group, "q": factor.q_start, "v": factor.v_start, "size": factor.v_size})
     groups = [group_named(name) for name in sorted({run["group"] for run in runs} - {"R"})]
-    made = (kernels.update, kernels.tangent if implicit else kernels.bracket)
+    made = [kernels.update, kernels.tangent if implicit else kernels.bracket]
+    made += [kernels.bracket, kernels.transport] if variant == SPATIAL else []
     return {
         "runs": runs,
         "kernels": [_kernel_data(make(group)) for group in groups for make in made],
@@ -290,6 +292,7 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict
     if data["family"] == GENERALIZED_ALPHA:
         lam = _multiplier_sizes(data, "lam")
         sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
+        sizes |= {"mean_before": 3 * nv} if data["variant"] == SPATIAL else {}
         sizes |= {f"{name}_before": 2 * size for name, size in lam.items()}
         sizes |= _state_sizes(nz, "z", "zdot", "z_rate") | _state_sizes(2 * nz, "z_rate_before")
         sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)

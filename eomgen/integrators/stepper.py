@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.equations import Array, Constraints, Equations, InternalStates, Trajectory
-from eomgen.integrators.methods import STABILISED, GeneralizedAlpha, Method, RungeKuttaMuntheKaas
+from eomgen.integrators.methods import SPATIAL, STABILISED, GeneralizedAlpha, Method, RungeKuttaMuntheKaas
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 
@@ -92,6 +92,8 @@ def initial_algorithmic_rates(
     """Return a_0 = vdot_0 + (alpha_m - alpha_f) step vddot_0, and the same for zdot with its own alpha_m."""
     z = np.zeros(0) if z is None else z
     slope, z_slope = _slopes(equations, t, q, v, z, step)
+    if method.variant == SPATIAL:
+        slope = slope + step * product.bracket_matrix(equations.factors, v) @ accelerations(equations.at(z), t, q, v)[0]
     a: Array = accelerations(equations.at(z), t, q, v)[0] + float(method.alpha_m - method.alpha_f) * slope
     return a, equations.rate(t, q, v, z) + float(method.rate_alpha_m - method.alpha_f) * z_slope
 
@@ -104,7 +106,7 @@ def _perturbation(
     if constraints is None:
         raise ValueError("no constraints")
     share = float(1 - 6 * method.beta - 3 * (method.alpha_m - method.alpha_f)) / 6.0
-    bracket = 1.0 / 12.0 if method.variant == "F0" else -1.0 / 6.0
+    bracket = {"F0": 1.0 / 12.0, SPATIAL: share}.get(method.variant, -1.0 / 6.0)
     vdot = accelerations(equations.at(z), t, q, v)[0]
     error = share * step * _slopes(equations, t, q, v, z, step)[0]
     error = error + bracket * step**2 * product.bracket_matrix(equations.factors, v) @ vdot
@@ -139,15 +141,19 @@ def _generalized_alpha(
     first_z = nv + nl + ne
     rows = [(t0, q, v, vdot, lam, z)]
     iterations = 0
+    means: list[Array] = []  # of the velocity over the last three steps, newest first
     for count in range(1, steps + 1):
         t = t0 + step * count
         B_n = constraints.jacobian(t - step, q)[:ne] if constraints is not None else np.zeros((0, nv))
+        if method.variant == SPATIAL:
+            start, (part, v, a, vdot, *means) = q, _carried(equations, v, a, vdot, means, step)
+        else:
+            start, part = _last_exponential(equations, method, q, v, a, step)
         x = np.concatenate([v + 0.5 * step * a, step * lam, np.zeros(ne), z_rate])
         zdot_new = (z_rate - alpha_f * zdot) / (1.0 - alpha_f)
         v_new, vdot_new = v + step * a, (a - alpha_f * vdot) / (1.0 - alpha_f)
         for _ in range(_MAX_ITERATIONS):
             iterations += 1
-            start, part = _last_exponential(equations, method, q, v, a, step)
             theta = step * (x[:nv] - part)
             q_new = product.update(equations.factors, start, theta)
             z_new = z + step * x[first_z:]
@@ -186,10 +192,24 @@ def _generalized_alpha(
             raise NumericalError(Problem(f"t = {t:.9g}", "Newton's iteration did not converge", "a smaller step"))
         q = product.update(equations.factors, start, step * (x[:nv] - part))
         a = ((1.0 - alpha_f) * vdot_new + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
+        means = [x[:nv], *means[:2]]
         z_rate = ((1.0 - alpha_f) * zdot_new + alpha_f * zdot - rate_alpha_m * z_rate) / (1.0 - rate_alpha_m)
         v, vdot, lam, z, zdot = v_new, vdot_new, x[nv : nv + nl] / step, z + step * x[first_z:], zdot_new
         rows.append((t, q, v, vdot, lam, z))
     return _trajectory(rows, iterations)
+
+
+def _carried(equations: Equations, v: Array, a: Array, vdot: Array, means: Sequence[Array], step: float) -> list[Array]:
+    """Return what a spatial step starts from, told where it is predicted to end: the bracket of its exponent, v, a, vdot, means.
+
+    Seen from a frame that does not turn, the body's log is step D - step^3/12 [v, vdot]; D from means, which constraints have
+    corrected, because a and vdot carry parasitic parts that would be fed back.
+    """
+    D = 3.0 * (means[0] - means[1]) + means[2] if len(means) == 3 else v + 0.5 * step * a
+    first, second = (means[0], step * D) if means else (v, step**2 * a)
+    part = product.bracket_matrix(equations.factors, first) @ second / 12.0
+    carry = product.transport(equations.factors, step * (D - part))
+    return [carry @ x for x in (part, v, a, vdot, *means)]
 
 
 def _last_exponential(

@@ -104,6 +104,15 @@ def bracket(group: Group) -> Kernel:
     return _kernel("bracket", group, "out = [x, y]", (("x", group.v_size), ("y", group.v_size)), product)
 
 
+def transport(group: Group) -> Kernel:
+    """Return out = Ad(g)^-1 x: a velocity of the place that g leads away from, told at the place that it leads to."""
+
+    def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
+        return [dot(row, x) for row in group.adjoint(group.inverse(g))]
+
+    return _kernel("transport", group, "out = Ad(g)^-1 x", (("g", group.q_size), ("x", group.v_size)), product)
+
+
 def _kernel(
     what: str, group: Group, description: str, inputs: tuple[tuple[str, int], ...], function: Callable[..., list[Value]]
 ) -> Kernel:

@@ -61,6 +61,11 @@ def bracket_matrix(factors: Sequence[FactorLike], v: Array) -> Array:
     return _block_diagonal(factors, v, numeric.bracket_matrix)
 
 
+def transport(factors: Sequence[FactorLike], theta: Array) -> Array:
+    """Return the block diagonal Ad(exp(theta))^-1, (..., nv, nv): what carries velocities along an increment."""
+    return _block_diagonal(factors, -theta, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
+
+
 def _block_diagonal(factors: Sequence[FactorLike], x: Array, of_group: Any) -> Array:
     size = x.shape[-1]
     result = np.zeros((*x.shape, size), dtype=np.result_type(x, float))

@@ -16,9 +16,11 @@ _GENERALIZED_ALPHA: Mapping[str, dict[str, Any]] = {
     "generalized_alpha": {},
     "generalized_alpha_f1": {"variant": "F1"},
     "generalized_alpha_f2": {"variant": "F2"},
+    "generalized_alpha_spatial": {"variant": "spatial"},
     "generalized_alpha_index3": {"form": "index3"},
     "generalized_alpha_index3_f1": {"form": "index3", "variant": "F1"},
     "generalized_alpha_index3_f2": {"form": "index3", "variant": "F2"},
+    "generalized_alpha_index3_spatial": {"form": "index3", "variant": "spatial"},
 }
 
 #: Its named cases, and the parameters that each takes.

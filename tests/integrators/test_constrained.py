@@ -70,6 +70,8 @@ SCENES = {
         ("links", STABILISED),
         ("links", GeneralizedAlpha(0.8, "index3", "F1")),
         ("links", GeneralizedAlpha(0.8, "stabilised", "F2")),
+        ("links", GeneralizedAlpha(0.8, "stabilised", "spatial")),
+        ("links on a moving base", GeneralizedAlpha(0.8, "index3", "spatial")),
         ("links", GeneralizedAlpha(case=trapezoidal())),
         ("links", GeneralizedAlpha(form="index3", case=hht(alpha=0.1))),
         ("links on a moving base", STABILISED),
@@ -196,6 +198,44 @@ def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, vari
         assert errors[1][1] == pytest.approx(9.8e-5, rel=0.05)
     elif group == "SE3":
         assert ratio == pytest.approx(1.2, rel=0.1)
+
+
+#: Of the spatial variant, position errors in units of those of F0, at most.
+SPATIAL = {("R3xSO3", "stabilised"): 0.03, ("R3xSO3", "index3"): 0.02, ("SE3", "stabilised"): 0.08, ("SE3", "index3"): 0.08}
+
+
+@pytest.mark.parametrize(("group", "form"), SPATIAL)
+def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, group, form):
+    stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form, "spatial")), []
+    for k in (11, 12, 13):
+        stepper.start(step=2.0**-k, **PUBLISHED)
+        outcome = stepper.run(2**k, every=2**k // 16)
+        errors.append(top_errors(outcome.rows))
+    for column in range(4):
+        assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.1)
+    assert errors[-1][1] <= SPATIAL[group, form] * TABLE[group, form][13][1]
+    assert errors[0][1] <= SPATIAL[group, form] * TABLE[group, form][11][1]
+
+
+@pytest.mark.parametrize(("group", "form"), SPATIAL)
+def test_the_spatial_variant_bears_turns_of_a_third_of_a_radian_per_step(compiled, group, form):
+    stepper = top(compiled, group, GeneralizedAlpha(0.9, form, "spatial"))
+    stepper.start(step=2.0**-9)
+    outcome = stepper.run(2**9, every=2**5)
+    assert outcome.status == 0
+    assert top_errors(outcome.rows)[1] <= 0.03
+    assert outcome.state["max_constraint"] <= 1e-12
+
+
+def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
+    plain, spatial = (
+        compiled("hinges", lambda: chain(2), GeneralizedAlpha(0.9, "stabilised", variant)) for variant in ("F0", "spatial")
+    )
+    rows = []
+    for stepper in (plain, spatial):
+        stepper.start(step=1e-3)
+        rows.append(stepper.run(20).rows)
+    assert np.array_equal(rows[0], rows[1])
 
 
 @pytest.mark.parametrize(("group", "floor"), [("R3xSO3", 1e-5), ("SE3", 1e-6)])
