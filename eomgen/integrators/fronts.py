@@ -45,12 +45,13 @@ class Fronts:
         )
 
 
-def make_fronts(elimination: Elimination, entries: Sequence[Place]) -> Fronts:
+def make_fronts(elimination: Elimination, entries: Sequence[Place], sided: int | None = None) -> Fronts:
     """Cut an elimination at the ends of its stages.
 
     Parameters
     ----------
     entries : (row, column) of the matrix, in any order
+    sided : number of the first rows that can have right sides, all by default; those of the others are zero
     """
     starts = [start for start in elimination.stages if start < elimination.size]
     ends = [*starts[1:], elimination.size]
@@ -62,8 +63,13 @@ def make_fronts(elimination: Elimination, entries: Sequence[Place]) -> Fronts:
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     at_positions = {(row_at[row], column_at[column]): (row, column) for row, column in entries}
+    live = [sided is None or row < sided for row in elimination.rows]
+    for position, rows in enumerate(below):
+        if live[position]:
+            for row in rows:
+                live[row] = True
     fronts = [
-        _Front(start, range(start, end), elimination, below, at_positions, starts, front_of)
+        _Front(start, range(start, end), elimination, below, at_positions, starts, front_of, live)
         for start, end in zip(starts, ends, strict=True)
     ]
     for front in fronts:
@@ -100,8 +106,10 @@ class _Front:
     def __init__(
         self, start: int, pivots: range, elimination: Elimination, below: Sequence[Sequence[int]],
         entries: Mapping[Place, Place], starts: Sequence[int], front_of: Sequence[int],
+        live: Sequence[bool],
     ) -> None:  # fmt: skip
         self.start, self.pivots = start, pivots
+        self.live = {pivot: live[pivot] for pivot in pivots}
         self.upper = {pivot: elimination.upper[pivot] for pivot in pivots}
         self.below = {pivot: below[pivot] for pivot in pivots}
         border = sorted({k for pivot in pivots for k in (*self.upper[pivot], *self.below[pivot]) if k not in pivots})
@@ -128,8 +136,8 @@ class _Front:
         ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of each;
         ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, and ``below`` for each row its factor and what it ``updates``
         (factor, by which of ``upper``) and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
-        for right sides ``forward`` [[front, offset], factor, own position] and ``backward`` [own position, diagonal,
-        [[factor, [front, offset]], ...]].
+        for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own position,
+        diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
         """
         entry = {place: k for k, place in enumerate(self.read)}
         target = {place: k for k, place in enumerate(self.targets)}
@@ -156,17 +164,22 @@ class _Front:
             "loads": [[entry.get(place, -1), place in self.received] for place in self.own],
             "steps": steps,
             "targets": [[self.reached.index(front) + 1, fronts[front].number[place]] for front, place in targets],
-            "forward": [
-                [list(self.local[row]), self.number[row, pivot], pivot - self.start]
-                for pivot in self.pivots
-                for row in self.below[pivot]
-            ],
+            "forward": self._forward(),
             "backward": [
                 [
                     pivot - self.start,
-                    self.number[pivot, pivot],
+                    self.number[pivot, pivot] if self.live[pivot] else -1,
                     [[self.number[pivot, k], list(self.local[k])] for k in self.upper[pivot]],
                 ]
                 for pivot in reversed(self.pivots)
             ],
         }
+
+    def _forward(self) -> list[Any]:
+        """Return what is taken off each row, own ones first, because later ones use them."""
+        terms: dict[int, list[list[int]]] = {pivot: [] for pivot in self.pivots if self.live[pivot]}
+        for pivot in self.pivots:
+            for row in self.below[pivot] if self.live[pivot] else ():
+                terms.setdefault(row, []).append([self.number[row, pivot], pivot - self.start])
+        used = {own for found in terms.values() for _, own in found}
+        return [[list(self.local[row]), found] for row, found in sorted(terms.items()) if found or row - self.start in used]

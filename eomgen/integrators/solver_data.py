@@ -85,7 +85,7 @@ def make_solver(
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = eliminate(unknowns.matrix_size, values, order)
-    fronts = make_fronts(elimination, list(values))
+    fronts = make_fronts(elimination, list(values), unknowns.size)
     if fronts.operations <= FRONTS_UNROLLED and len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds):
         return Solver(unknowns, samples.packing, terms, elimination, fronts)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
@@ -122,7 +122,7 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
         "B": [list(place) for place in packing.places["B"]],
     }
     if solver.fronts is not None and solver.elimination is not None:
-        data["elimination"] = _fronts_data(solver.fronts, solver.elimination)
+        data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size)
     elif solver.elimination is not None:
         data["elimination"] = _elimination_data(solver.elimination, places)
     return data
@@ -182,12 +182,15 @@ def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict
     return data
 
 
-def _fronts_data(fronts: Fronts, elimination: Elimination) -> dict[str, Any]:
+def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[str, Any]:
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
     width = max(len(row) for row in fronts.table)
     return {
         "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
         "operations": elimination.operations, "factors": len(fronts.slots),
         "diagonal": [fronts.slots[position, position] for position in range(elimination.size)],
+        "row_at": [row_at[row] for row in range(size)], "column_at": [column_at[column] for column in range(size)],
         "kinds": [dict(kind) for kind in fronts.kinds],
         "fronts": [[kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)],
     }  # fmt: skip

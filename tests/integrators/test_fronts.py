@@ -58,12 +58,13 @@ def solved(fronts: Fronts, elimination: Elimination, entries: Entries, right: np
                     front, slot = work["targets"][target]
                     F[at[1 + 2 * front] + slot] -= f[row["factor"]] * f[upper]
                 f[row["factor"]] *= f[step["diagonal"]]
-        for (front, offset), factor, own in work["forward"]:
-            y[(at[2] if not front else at[2 + 2 * front]) + offset] -= f[factor] * y[at[2] + own]
+        for (front, offset), terms in work["forward"]:
+            for factor, own in terms:
+                y[(at[2] if not front else at[2 + 2 * front]) + offset] -= f[factor] * y[at[2] + own]
     for kind, at in reversed(list(zip(fronts.kind_of, fronts.table, strict=True))):
         work, f = fronts.kinds[kind], F[at[0] :]
         for own, diagonal, across in work["backward"]:
-            y[at[2] + own] *= f[diagonal]
+            y[at[2] + own] *= f[diagonal] if diagonal >= 0 else 0.0
             for factor, (front, offset) in across:
                 y[at[2] + own] -= f[factor] * y[(at[2] if not front else at[2 + 2 * front]) + offset]
     x = np.zeros(len(right))
@@ -76,15 +77,18 @@ TREE = [-1, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6]
 
 
 @pytest.mark.parametrize(("parents", "coupled"), [(CHAIN, ()), (TREE, ()), (CHAIN, (29, 3)), (TREE, (14, 7))])
-def test_fronts_solve_what_numpy_solves(parents: list[int], coupled: tuple[int, ...], rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("sided", [None, 30])
+def test_fronts_solve_what_numpy_solves(
+    parents: list[int], coupled: tuple[int, ...], sided: int | None, rng: np.random.Generator
+) -> None:
     entries, stages = tree_matrix(parents, rng, coupled)
     size = SIZE * len(parents)
     elimination = eliminate(size, entries, stages)
-    fronts = make_fronts(elimination, list(entries))
+    fronts = make_fronts(elimination, list(entries), sided)
     A = np.zeros((size, size))
     for place, value in entries.items():
         A[place] = value[0]
-    right = rng.normal(size=size)
+    right = rng.normal(size=size) * (np.arange(size) < (sided or size))
     np.testing.assert_allclose(solved(fronts, elimination, entries, right), np.linalg.solve(A, right), rtol=1e-10, atol=1e-12)
 
 
