@@ -44,7 +44,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     given = [field for field in _OPTIONAL if getattr(entry, field) is not None]
     for field in given:
         if field not in (*needed, *allowed):
-            kinds = " and ".join(kind for kind, (first, second) in _KEYS.items() if field in (*first, *second))
+            kinds = " or ".join(kind for kind, (first, second) in _KEYS.items() if field in (*first, *second))
             report.add(f"{key}.{field}", f"{field} has no meaning for {entry.type}", f"type = {kinds}")
     missing = [field for field in needed if field not in given]
     for field in missing:

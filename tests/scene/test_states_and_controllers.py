@@ -125,7 +125,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ('c = { type = "low_pass", signal = 1 }', "a low_pass controller needs time_constant; try: time_constant = 0.01"),
         ('c = { type = "lead_lag", signal = 1, time_constant = 1 }', "a lead_lag controller needs lead; try: lead = 0.01"),
         ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),
-        (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi and pid"),
+        (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi or pid"),
         (f"{LAG}, minimum = 2, maximum = 1 }}", "the limits leave nothing: minimum 2 is not below maximum 1; try: a smaller"),
         ('c = { type = "low_pass", signal = 1, time_constant = "lag - 0.02" }', "the time constant 0 s is not positive"),
         ('c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',

@@ -30,7 +30,7 @@ CHAPTERS: list[tuple[str, str, list[Failure]]] = [
     ("Units", "Numbers with units whose dimension does not fit, or that could be read in two ways.", units.FAILURES),
     ("Tables and curves", "CSV files and points.", tables.FAILURES),
     ("Included files", "Scenes made of several files.", includes.FAILURES),
-    ("Internal states", "Filters, controllers and actuators by formula.", states.FAILURES),
+    ("Internal states and controllers", "What has a memory: states by formula, controllers, filters.", states.FAILURES),
     ("URDF", "Robots in the format of ROS.", robots.FAILURES),
     ("Command lines", "Verbs, options, and files that they name.", command_lines.FAILURES),
     ("Environments", "Compilers, caches, disks, and runs that leave the numbers.", environments.FAILURES),

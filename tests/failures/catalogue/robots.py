@@ -106,6 +106,52 @@ FAILURES = [
         )},
     ),
     Failure(
+        "A joint that mimics one that there is not", 3,
+        "description error: r.urdf:5 (joints.lift): there is no joint 'lfit' to mimic; try: lift",
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><mimic joint="lfit"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "A mass that is no number", 3,
+        "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy'",
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="heavy"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "Two links of one name", 3,
+        "description error: r.urdf:3: the link 'ground' is there twice; try: another name",
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
         "What would be left out, with --strict", 3,
         (
             "description error: r.urdf:1: not modelled: limits of position, velocity and effort (1: lift); try: no --strict "

@@ -1,4 +1,4 @@
-"""Failure catalogue: internal states."""
+"""Failure catalogue: internal states and controllers."""
 
 from __future__ import annotations
 
@@ -43,6 +43,101 @@ FAILURES = [
         more=(
             "[states]\n"
             'lag = { rate = "motr - lag" }'
+        ),
+    ),
+    Failure(
+        "A controller of a kind that there is not", 3,
+        (
+            "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
+            "low_pass or lead_lag"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "pdi"\n'
+            'signal = "q.shoulder"\n'
+            "proportional = 2"
+        ),
+    ),
+    Failure(
+        "A controller without a signal", 3,
+        "description error: scene.toml:33 (controllers.servo.signal): the key signal is missing; try: signal = ...",
+        more=(
+            "[controllers.servo]\n"
+            'type = "pi"\n'
+            "proportional = 2"
+        ),
+    ),
+    Failure(
+        "A filter without its time", 3,
+        (
+            "description error: scene.toml:33 (controllers.servo): a low_pass controller needs time_constant; try: "
+            "time_constant = 0.01"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "low_pass"\n'
+            'signal = "q.shoulder"'
+        ),
+    ),
+    Failure(
+        "A limit below the other", 3,
+        (
+            "description error: scene.toml:38 (controllers.servo.minimum): the limits leave nothing: minimum 1 is not below "
+            "maximum -1; try: a smaller minimum"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "pi"\n'
+            'signal = "q.shoulder"\n'
+            "proportional = 2\n"
+            "integral = 1\n"
+            "minimum = 1\n"
+            "maximum = -1"
+        ),
+    ),
+    Failure(
+        "A gain that another kind of controller has", 3,
+        (
+            "description error: scene.toml:36 (controllers.servo.gain): gain has no meaning for pi; try: type = low_pass or "
+            "lead_lag"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "pi"\n'
+            'signal = "q.shoulder"\n'
+            "gain = 2"
+        ),
+    ),
+    Failure(
+        "Controllers that need each other at once", 3,
+        (
+            "description error: scene.toml:33 (controllers.first): an algebraic loop: controllers.first uses "
+            "controllers.second uses controllers.first, with no state between; try: a low_pass controller, or a state, "
+            "somewhere in the loop"
+        ),
+        more=(
+            "[controllers.first]\n"
+            'type = "pi"\n'
+            'signal = "second"\n'
+            "proportional = 1\n"
+            "\n"
+            "[controllers.second]\n"
+            'type = "pi"\n'
+            'signal = "first"\n'
+            "proportional = 1"
+        ),
+    ),
+    Failure(
+        "A controller of an acceleration", 3,
+        (
+            "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
+            "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "pi"\n'
+            'signal = "a.shoulder"\n'
+            "proportional = 2"
         ),
     ),
 ]  # fmt: skip

@@ -182,4 +182,64 @@ FAILURES = [
             "bump = { height = 1, length = 1 }"
         ),
     ),
+    Failure(
+        "A table in a unit that there is not", 3,
+        "description error: scene.toml:34 (inputs.road.table.value_unit): there is no unit 'mmm'; try: mm",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv", value_unit = "mmm" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1,5\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "A run beyond the points of a table", 2,
+        (
+            "usage error: t_end: the points of inputs.road end at t = 2 s, the run ends at t = 3 s; try: t_end = 2, or "
+            'outside = "hold" or "periodic"'
+        ),
+        command="simulate scene.toml --out out --t-end 3",
+        more=(
+            "[inputs.road]\n"
+            'table = { file = "road.csv" }'
+        ),
+        files={"road.csv": (
+            "time,height\n"
+            "0,0\n"
+            "1,0.1\n"
+            "2,0\n"
+        )},
+    ),
+    Failure(
+        "A curve without its argument", 3,
+        (
+            "description error: scene.toml:37 (outputs.shape.formula[0]): 'pulse' is a curve, which needs an argument "
+            "(column 1); try: pulse(t)"
+        ),
+        more=(
+            "[curves.pulse]\n"
+            "points = [[0, 0], [1, 1]]\n"
+            "\n"
+            "[outputs.shape]\n"
+            'formula = "pulse"'
+        ),
+    ),
+    Failure(
+        "A curve of two arguments", 3,
+        (
+            "description error: scene.toml:37 (outputs.shape.formula[0]): pulse() takes 1 argument, not 2 (column 1); try: "
+            "pulse(t)"
+        ),
+        more=(
+            "[curves.pulse]\n"
+            "points = [[0, 0], [1, 1]]\n"
+            "\n"
+            "[outputs.shape]\n"
+            'formula = "pulse(t, 1)"'
+        ),
+    ),
 ]  # fmt: skip
