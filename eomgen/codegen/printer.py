@@ -147,12 +147,15 @@ class Printer:
         self, turns: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
     ) -> list[str]:
         """A loop: tables first, then in each turn what it reads, its statements, and what it gives."""
+        names: list[str] = []
         tables: list[str] = []
 
         def table(kind: str, values: Sequence[str]) -> str:
-            name = f"table{len(tables)}"
+            name = f"table{len(names)}"
+            names.append(name)
             rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
-            tables.append(f"static const {kind} {name}[{turns}] = {{\n        " + ",\n        ".join(rows) + " };")
+            tables.append(f"static const {kind} {name}[{turns}] = {{")
+            tables.extend(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)
             return f"{name}[k]"
 
         def place(rule: Sequence[object]) -> str:

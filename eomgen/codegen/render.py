@@ -65,9 +65,7 @@ def _assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
     made = assembly(solver)
     arrays = {"numbers": "numbers[{}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
     inputs: dict[str, str | Sequence[str]] = {**arrays, "weights": [f"c->{name}" for name in WEIGHTS]}
-    statements = made.parts[0].statements
-    declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
-    return {"statements": _indented([*declared, *Printer(inputs, ["S"]).lines(statements)], 1), "workspace": made.workspace}
+    return {"statements": _indented(Printer(inputs, ["S"]).lines(made.statements), 1), "workspace": made.workspace}
 
 
 def _indented(lines: list[str], depth: int) -> str:

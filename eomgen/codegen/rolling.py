@@ -32,7 +32,7 @@ _WINDOW = 24
 _DISTANCES = 12
 
 #: Inputs that are arrays; members of structs are no places that a loop could count through.
-_ARRAYS = frozenset({"q", "v", "a", "lam", "z", "u", "numbers", "tangents", "jacobian"})
+_ARRAYS = frozenset({"q", "v", "a", "lam", "z", "u"})
 
 
 @dataclass(frozen=True)

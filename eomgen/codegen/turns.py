@@ -72,12 +72,12 @@ def copies(expressions: Sequence[Expression], output: int, components: Sequence[
     if all(isinstance(item, tuple) and item[0] == "K" for item in expressions):
         read: Expression = ("numbers", tuple(cast("tuple[str, float]", item)[1] for item in expressions))
     elif all(isinstance(item, tuple) and item[0] == "w" for item in expressions):
-        read = ("row", "w", *_rule([cast("tuple[str, int]", item)[1] for item in expressions]))
+        read = ("row", "w", *rule([cast("tuple[str, int]", item)[1] for item in expressions]))
     else:
         return None
     read = ("neg", read) if minus else read
     copied = Statement("out", (0, 0, ("in", READ, 0)))
-    return len(components), (copied,), (read,), (("row", output, *_rule(components)),)
+    return len(components), (copied,), (read,), (("row", output, *rule(components)),)
 
 
 def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, values: Values) -> Turn:
@@ -134,7 +134,7 @@ def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, valu
     given: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
     results = [known[j] for j in exports]
     for j, output, sign, components in columns:
-        given.append(("row", output, *_rule(components)))
+        given.append(("row", output, *rule(components)))
         results.append(sign * known[j])
     made = schedule(kernel, [results], (READ,), part_limit=10**9, fill=False, roll=False)
     return Turn(made.parts[0].statements, tuple(read), tuple(given), exports, first, tuple(left))
@@ -168,14 +168,16 @@ def _read(tape: Tape, refs: Sequence[Ref], values: Values, slot: Callable[[int],
         return ("numbers", tuple((1.0 if ref > 0 else -1.0) * tape.constants[tape.a[abs(ref)]] for ref in refs))
     if op is Op.INPUT:
         symbols = [tape.inputs[tape.a[node]] for node in nodes]
-        found = ("row", symbols[0].block, *_rule([symbol.index for symbol in symbols]))
+        found = ("row", symbols[0].block, *rule([symbol.index for symbol in symbols]))
     else:
-        found = ("row", "w", *_rule([slot(node) for node in nodes]))
+        found = ("row", "w", *rule([slot(node) for node in nodes]))
     return ("neg", found) if minus else found
 
 
-def _rule(places: Sequence[int]) -> tuple[object, ...]:
+def rule(places: Sequence[int]) -> tuple[object, ...]:
     """Return (start, step) where places are equally spaced, else one tuple of them all."""
+    if len(places) == 1:
+        return (places[0], 0)
     step = places[1] - places[0]
     if all(after - before == step for before, after in pairwise(places)):
         return (places[0], step)

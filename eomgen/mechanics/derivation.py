@@ -37,6 +37,9 @@ from eomgen.system import Block
 
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
 LONG_TREE = 20_000
+#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from here on
+#: forming and factoring whole matrices costs more.
+MANY = 64
 
 
 class Derivation:
@@ -135,13 +138,18 @@ class Derivation:
         ways = []
         if not self.tree.following:
             ways.append(articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts))
-        if not self.long or self.tree.following:
+        if not self.deep or self.tree.following:
             ways.append(self._forward_by_mass_matrix())
         vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
         return [self._vector("vdot", vdot, "time derivative of v")]
 
     @property
-    def long(self) -> bool:
+    def large(self) -> bool:
+        """Whether the partials of the whole tree should not be recorded unasked, but those of each step of its recursion."""
+        return self.deep or self.tree.nv > MANY
+
+    @property
+    def deep(self) -> bool:
         """Whether the tree is so long that nothing quadratic in its depth should be recorded unasked."""
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
@@ -240,7 +248,7 @@ class Derivation:
         return blocks + (self.internal_rate() if self.scene.states else [])
 
     def iteration(self) -> list[Block]:
-        if self.constraints is None and self.long:
+        if self.constraints is None and self.large:
             return self._extended_iteration()
         matrices = self.partials()
         if self.constraints is not None:

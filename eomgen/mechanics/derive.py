@@ -66,8 +66,9 @@ OF_STATES = frozenset({"internal_rate", "internal_partials"})
 #: Terms that are recorded only when they are asked for by name.
 ON_REQUEST = frozenset({"accelerations", "jacobians"})
 
-#: Terms of long trees that are recorded only when they are asked for by name: their size is quadratic in the number of links.
-QUADRATIC = frozenset({"mass", "partials"})
+#: Terms of large trees, and of deep ones, that are recorded only when they are asked for by name: their size is quadratic.
+OF_SMALL_TREES = frozenset({"partials"})
+OF_SHALLOW_TREES = frozenset({"mass"})
 
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
@@ -102,7 +103,10 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
     if asked:
         return [name for name in TERMS if name in asked and _present(derivation, name)]
-    left_out = ON_REQUEST | QUADRATIC if derivation.long and derivation.constraints is None else ON_REQUEST
+    left_out = ON_REQUEST
+    if derivation.constraints is None:
+        left_out |= OF_SMALL_TREES if derivation.large else frozenset()
+        left_out |= OF_SHALLOW_TREES if derivation.deep else frozenset()
     return [name for name in TERMS if name not in left_out and _present(derivation, name)]
 
 
@@ -112,7 +116,7 @@ def _present(derivation: Derivation, name: str) -> bool:
         case "equations":
             return derivation.constraints is not None or bool(derivation.scene.states)
         case "iteration":
-            return derivation.constraints is not None or derivation.long or bool(derivation.scene.states)
+            return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
         case "base_motion":
             return derivation.base.moving
         case "outputs":
@@ -178,7 +182,7 @@ def _facts(derivation: Derivation) -> Facts:
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied()]
     return Facts(
-        constant_mass=not derivation.long and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
+        constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_rough(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
