@@ -26,7 +26,7 @@ from eomgen.lie.product import FactorLike
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
-#: The same of the pieces of code that fronts share; they are used from so many fronts for each piece on.
+#: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each piece on.
 FRONTS_UNROLLED = 12000
 REPETITIONS = 4
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
@@ -86,7 +86,8 @@ def make_solver(
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = eliminate(unknowns.matrix_size, values, order)
     fronts = make_fronts(elimination, list(values), unknowns.size)
-    if fronts.operations <= FRONTS_UNROLLED and len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds):
+    repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
+    if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
         return Solver(unknowns, samples.packing, terms, elimination, fronts)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner

@@ -81,6 +81,7 @@ def _state(system: System, rng: np.random.Generator) -> dict[str, Array]:
     state = random_states(system, 3, rng) | {"lam": rng.normal(size=(3, max(1, len(system.multipliers))))}
     state["q"] = np.broadcast_to(np.array(system.initial_q), (3, system.nq)).copy()
     state["v"] = np.array(system.initial_v) + 0.1 * rng.normal(size=(3, system.nv))
+    state["z"] = np.array(system.initial_z) + 0.1 * rng.normal(size=(3, system.nz))
     state.setdefault("u", np.zeros((3, 1)))
     state.setdefault("p", np.zeros((3, 1)))
     return state
