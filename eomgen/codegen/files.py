@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from eomgen.codegen.program import Program, ProgramFunction
 
 #: Operations per C file, roughly; a file this long compiles in a few seconds.
-FILE_LIMIT = 6000
+FILE_LIMIT = 10000
 
 
 @dataclass

@@ -66,9 +66,8 @@ OF_STATES = frozenset({"internal_rate", "internal_partials"})
 #: Terms that are recorded only when they are asked for by name.
 ON_REQUEST = frozenset({"accelerations", "jacobians"})
 
-#: Terms of large trees, and of deep ones, that are recorded only when they are asked for by name: their size is quadratic.
-OF_SMALL_TREES = frozenset({"partials"})
-OF_SHALLOW_TREES = frozenset({"mass"})
+#: Terms of large trees that are recorded only when they are asked for by name: whole matrices, which no stepper of theirs needs.
+QUADRATIC = frozenset({"mass", "partials"})
 
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
@@ -103,10 +102,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
     if asked:
         return [name for name in TERMS if name in asked and _present(derivation, name)]
-    left_out = ON_REQUEST
-    if derivation.constraints is None:
-        left_out |= OF_SMALL_TREES if derivation.large else frozenset()
-        left_out |= OF_SHALLOW_TREES if derivation.deep else frozenset()
+    left_out = ON_REQUEST | QUADRATIC if derivation.large and derivation.constraints is None else ON_REQUEST
     return [name for name in TERMS if name not in left_out and _present(derivation, name)]
 
 
