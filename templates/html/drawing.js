@@ -135,27 +135,27 @@ function draw() {
   bodies.forEach((body, index) => {
     const here = pose(body.carrier);
     const seen = faded(index);
-    const alpha = (shown.glass ? 0.4 : 1) * seen;
     if (body.mesh && shown.solids) {
       const world = body.mesh.vertices.map((vertex) => placed(here, vertex));
       const flat = world.map((vertex) => camera.project(vertex));
       if (shown.shadows && shown.ground && seen === 1) castShadow(world);
-      body.mesh.faces.forEach((face, number) => {
+      if (shown.glass) addGlass(add, body, world, flat, seen);
+      else body.mesh.faces.forEach((face, number) => {
         if (face.some((k) => flat[k][2] < camera.near)) return;
         const normal = unit(cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]])));
         const middle = between(world[face[0]], world[face[face.length >> 1]], 0.5);
-        if (dot(normal, minus(middle, camera.eye)) >= 0 && !shown.glass) return;
+        if (dot(normal, minus(middle, camera.eye)) >= 0) return;
         const colour = shaded(body.colour, 0.62 + 0.5 * Math.max(0, dot(normal, lightOf)));
         const smooth = number < body.mesh.smooth;
-        const edge = css(smooth ? colour : shaded(colour, 0.8), alpha);
-        add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, alpha), edge));
+        const edge = css(smooth ? colour : shaded(colour, 0.8), seen);
+        add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, seen), edge));
       });
     }
     if (body.ball && shown.solids) {
       const centre = placed(here, body.solid.center);
       const [x, y, depth] = camera.project(centre);
       if (shown.shadows && shown.ground && seen === 1) castBall(centre, body.ball);
-      add(depth - body.ball, () => drawBall(x, y, (body.ball * camera.focal) / depth, body.colour, alpha));
+      add(depth - body.ball, () => drawBall(x, y, (body.ball * camera.focal) / depth, body.colour, (shown.glass && body.solid.kind === "sphere" ? 0.6 : 1) * seen));
     }
     for (const piece of body.pieces) {
       if (!piece.inside || shown.glass || !shown.solids) {
@@ -237,6 +237,21 @@ function draw() {
   for (const thing of things) thing.paint();
   drawScale();
   reportView();
+}
+
+/** A solid as its outline and its edges around a light filling, so that what it holds or hides stays in sight. */
+function addGlass(add, body, world, flat, seen) {
+  if (flat.some((place) => place[2] < camera.near)) return;
+  const depth = flat.reduce((sum, place) => sum + place[2], 0) / flat.length;
+  const edge = css(shaded(body.colour, 0.85), 0.9 * seen);
+  add(depth, () => {
+    polygon(hullOf(flat), css(body.colour, 0.32 * seen), edge);
+    for (const face of body.mesh.faces.slice(body.mesh.smooth)) {
+      const normal = cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]]));
+      const front = dot(normal, minus(world[face[0]], camera.eye)) < 0;
+      polygon(face.map((k) => flat[k]), css(body.colour, front ? 0.2 * seen : 0), front ? edge : css(body.colour, 0.35 * seen));
+    }
+  });
 }
 
 function castShadow(world) {

@@ -108,7 +108,7 @@ class Camera {
       const [x, y] = [Math.abs(dot(point, this.right)) / wide, Math.abs(dot(point, this.above)) / high];
       return this.focal * Math.max(x, y) - dot(point, this.forward);
     });
-    this.distance = 1.06 * needed.reduce((most, value) => Math.max(most, value), 0);
+    this.distance = 1.1 * needed.reduce((most, value) => Math.max(most, value), 0);
     this.aim();
   }
 

@@ -118,7 +118,7 @@ function fillPage() {
     byId("warning").textContent = `This run did not reach its end: ${scene.message}`;
   }
   bodies.forEach((body, index) => {
-    if (body.mesh || body.ball || body.links.length) entry("bodies", [swatch(css(body.colour, 1), ""), worded(body.name)], index);
+    if (body.mesh || body.ball) entry("bodies", [swatch(css(body.colour, 1), ""), worded(body.name)], index);
   });
   for (const point of scene.points) {
     const colour = point.body < 0 ? style.steel : css(bodies[point.body].colour, 1);
@@ -130,6 +130,7 @@ function fillPage() {
   for (const [name, text] of Object.entries(options)) {
     toggle("options", text, shown[name], (on) => {
       shown[name] = on;
+      if (name === "follow") untouched = false;
       if (name === "follow") camera.shift = on ? minus(camera.target, centreAt(state.time)) : null;
     });
   }
@@ -165,16 +166,19 @@ function resize() {
   const [title, legend, footer] = ["title", "legend", "play"].map((name) => byId(name).getBoundingClientRect());
   const right = width > 760 ? legend.left - 12 : width - 20;
   camera.show(width, height, { left: 20, right, top: title.bottom + 34, bottom: Math.max(footer.top - 50, title.bottom + 80) });
+  if (untouched) resetView();
   refresh();
 }
 
 function orbit(dx, dy) {
+  untouched = false;
   camera.azimuth -= 0.007 * dx;
   camera.elevation = Math.min(Math.max(camera.elevation + 0.007 * dy, -1.55), 1.55);
   refresh();
 }
 
 function shiftView(dx, dy) {
+  untouched = false;
   const scale = camera.distance / camera.focal;
   const move = plus(times(-dx * scale, camera.right), times(dy * scale, camera.above));
   camera.target = plus(camera.target, move);
@@ -183,6 +187,7 @@ function shiftView(dx, dy) {
 }
 
 function zoom(factor) {
+  untouched = false;
   camera.distance = Math.min(Math.max(camera.distance * factor, 1e-3 * unitSize), 1e3 * unitSize);
   refresh();
 }

@@ -116,6 +116,17 @@ const bounds = (() => {
 })();
 
 const following = bounds.travel > 3 * bounds.spread;
+if (!following) {
+  // where joints sit and where the base is belongs into the picture, unless the machine drives away from it
+  for (let frame = 0; frame < count; frame += Math.max(1, Math.floor(count / 120))) {
+    const seats = scene.joints.filter((joint) => joint.type !== "free").map((joint) => placed(poseAt(joint.parent, frame, 0), joint.position));
+    for (const place of scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats) {
+      bounds.cloud.push(place);
+      bounds.low = bounds.low.map((value, k) => Math.min(value, place[k]));
+      bounds.high = bounds.high.map((value, k) => Math.max(value, place[k]));
+    }
+  }
+}
 const unitSize = following ? bounds.spread : norm(minus(bounds.high, bounds.low)) || 1;
 const small = unitSize * 0.012;
 for (const body of bodies) {
@@ -159,7 +170,7 @@ const spacing = (() => {
 const hash = new URLSearchParams(location.hash.slice(1));
 const asked = hash.has("t") ? Number(hash.get("t")) : NaN;
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-const shown = { solids: true, glass: false, names: false, joints: true, ground: true, shadows: true, follow: following, repeat: true };
+const shown = { solids: true, glass: true, names: false, joints: true, ground: true, shadows: true, follow: following, repeat: true };
 const state = {
   time: Number.isFinite(asked) ? Math.min(Math.max(asked, start), end) : start,
   playing: !Number.isFinite(asked) && !calm && count > 1,
@@ -173,6 +184,9 @@ state.speed = (() => {
   return SPEEDS.reduce((best, speed) => (Math.abs(Math.log(length / speed / 10)) < Math.abs(Math.log(length / best / 10)) ? speed : best), 1);
 })();
 
+/** Whether the first view is still the one shown: then it follows the window's size. */
+let untouched = true;
+
 function resetView() {
   const extent = following ? bounds.box.map((side) => Math.max(side, 0.3 * bounds.spread)) : minus(bounds.high, bounds.low);
   const [wide, deep] = [Math.abs(dot(extent, camera.x)), Math.abs(dot(extent, camera.y))];
@@ -181,7 +195,17 @@ function resetView() {
   camera.azimuth = deep < 0.4 * wide ? -1.28 : wide < 0.4 * deep ? 0.29 : -0.92;
   camera.elevation = Math.min(deep, wide) < 0.4 * Math.max(deep, wide) ? 0.2 : 0.36;
   const least = cornersOf([1, 1, 1].map((side) => 0.15 * side * unitSize));
-  camera.fit([...least, ...(following ? cornersOf(extent) : bounds.cloud.map((place) => minus(place, middle)))]);
+  camera.fit([...least, ...(following ? cornersOf(extent) : [...bounds.cloud, ...axesTips()].map((place) => minus(place, middle)))]);
+  untouched = true;
+}
+
+/** Tips of the axes that are drawn: of the base at some frames, and of the world where they are near. */
+function axesTips() {
+  const tips = (pose, length) => [0, 1, 2].map((k) => placed(pose, times(length, REST.R[k])));
+  const world = norm(middle) < unitSize ? tips(REST, 0.14 * unitSize) : [];
+  if (scene.base < 0) return world;
+  const frames = [...Array(24).keys()].map((k) => Math.round((k * (count - 1)) / 23));
+  return [...world, ...frames.flatMap((frame) => tips(poseAt(scene.base, frame, 0), 0.12 * unitSize))];
 }
 
 function centreAt(time) {

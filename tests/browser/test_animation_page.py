@@ -163,6 +163,41 @@ def test_every_control_does_what_it_says(page: Path, browser: Browser, tmp_path:
     assert told["label"].startswith("3-D animation of boxes: 3 bodies from 0.000 s to 2.000 s.")
 
 
+FITTING = """
+<script>
+const told = [];
+for (const [width, height] of [[1200, 800], [900, 600], [480, 800]]) {
+  [canvas.style.width, canvas.style.height] = [`${width}px`, `${height}px`];
+  resize();
+  const [columns, rows] = [[], []];
+  const see = (place) => { const [x, y] = camera.project(place); columns.push(x); rows.push(y); };
+  for (let frame = 0; frame < count; frame += 5) {
+    const base = poseAt(scene.base, frame, 0);
+    for (const place of [base.p, ...[0, 1, 2].map((k) => placed(base, times(0.1 * unitSize, REST.R[k])))]) see(place);
+    for (const joint of scene.joints) see(placed(poseAt(joint.parent, frame, 0), joint.position));
+    for (const point of scene.points) see(placed(poseAt(point.carrier, frame, 0), point.position));
+    for (const body of bodies) for (const place of body.reach) see(placed(poseAt(body.carrier, frame, 0), place));
+  }
+  const { left, right, top, bottom } = camera.free;
+  told.push([Math.min(...columns) - left, right - Math.max(...columns), Math.min(...rows) - top, bottom - Math.max(...rows)]);
+}
+orbit(30, 0); const mine = camera.azimuth; resize();
+document.body.dataset.told = JSON.stringify({ margins: told, kept: camera.azimuth === mine });
+</script>
+"""
+
+
+def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(page: Path, browser: Browser, tmp_path: Path) -> None:
+    copy = tmp_path / "fitting.html"
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", FITTING + "</body>"), encoding="utf-8")
+    told = json.loads(element(browser.document(copy, "t=0"), "body", "data-told"))
+    assert browser.said == []
+    margins = np.array(told["margins"])
+    assert margins.shape == (3, 4) and margins.min() > 0.0, margins
+    assert margins.min(axis=1).max() < 250.0, "the scene is not made tiny either"
+    assert told["kept"], "a view that the user has turned stays when the window changes"
+
+
 def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_path: Path) -> None:
     solution = breaking().simulate()
     assert not solution.success
