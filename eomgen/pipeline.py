@@ -86,6 +86,8 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
+    Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was found.
+
     Parameters
     ----------
     folder : path
@@ -100,7 +102,12 @@ def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None =
     from eomgen.codegen.render import generate_files, write_folder  # noqa: PLC0415
 
     scene = as_scene(scene)
-    files = generate_files(_program(scene, terms, method)[0])
+    program = _program(scene, terms, method)[0]
+    if scene.simulation.start == "equilibrium":
+        from eomgen.settled import settled  # noqa: PLC0415
+
+        program = settled(program, scene, lambda needed: build(scene, needed, profile="reproducible"))
+    files = generate_files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
 

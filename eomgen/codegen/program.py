@@ -155,6 +155,8 @@ class Program:
     curves : tuple of ProgramCurve
     method : mapping
         Filled by the integrators; empty when the model is functions only.
+    start : str
+        What there is to say about the initial state, where it is not simply that of the joints.
     """
 
     prefix: str
@@ -185,6 +187,7 @@ class Program:
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
     validity: tuple[Mapping[str, Any], ...] = ()
+    start: str = ""
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""
