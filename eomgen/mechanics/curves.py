@@ -34,13 +34,16 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
 
 
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:
-    """Return a bump; a select keeps its polynomials apart, so that derivatives do not see beyond its ends."""
+    """Return a bump; a select keeps its polynomials apart, so that derivatives do not see beyond its ends.
+
+    The select asks where the road is flat, so that an argument that is not a number gives none.
+    """
     along = (argument - bump.position) * (1.0 / bump.length)
-    on_it = algebra.call(Op.LE, algebra.zero, along) * algebra.call(Op.LT, along, algebra.one)
+    off_it = algebra.call(Op.LT, along, algebra.zero) + algebra.call(Op.LE, algebra.one, along)
     rate = 2.0 * math.pi
     if derivative == 0:
         value = 0.5 * bump.height * (1.0 - algebra.call(Op.COS, rate * along))
     else:
         size = -0.5 * bump.height * (rate / bump.length) ** derivative
         value = size * algebra.call(Op.COS, rate * along + derivative * math.pi / 2)
-    return algebra.select(on_it, value, algebra.zero)
+    return algebra.select(off_it, algebra.zero, value)

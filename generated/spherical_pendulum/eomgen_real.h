@@ -121,7 +121,7 @@ static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(
 static inline real eg_lt(real x, real y) { return (real)(x < y); }
 static inline real eg_le(real x, real y) { return (real)(x <= y); }
 static inline real eg_select(real c, real x, real y) { return eg_blend(EG_MASK(c != 0.0), x, y); }
-static inline real eg_sign(real x) { return (real)((x > 0.0) - (x < 0.0)); }
+static inline real eg_not_a_number(real x) { return (real)(x != x); }
 #define EG_SQRT(x) sqrt(x)
 #define EG_TAN(x) tan(x)
 #define EG_ASIN(x) asin(x)
@@ -152,7 +152,7 @@ static inline void eg_sincos(real x, real *sine, real *cosine)
 static inline real eg_lt(real x, real y) { return (real)(x < y); }
 static inline real eg_le(real x, real y) { return (real)(x <= y); }
 static inline real eg_select(real c, real x, real y) { return (float)eg_blend(EG_MASK(c != 0.0F), (double)x, (double)y); }
-static inline real eg_sign(real x) { return (real)((x > 0.0F) - (x < 0.0F)); }
+static inline real eg_not_a_number(real x) { return (real)(x != x); }
 #define EG_SQRT(x) sqrtf(x)
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
@@ -197,7 +197,7 @@ static inline real eg_select(real c, real x, real y)
     const eg_bits mask = EG_MASK(creal(c) != 0.0);
     return eg_complex(eg_blend(mask, creal(x), creal(y)), eg_blend(mask, cimag(x), cimag(y)));
 }
-static inline real eg_sign(real x) { return (real)((creal(x) > 0.0) - (creal(x) < 0.0)); }
+static inline real eg_not_a_number(real x) { return (real)(x != x); }
 static inline real eg_abs(real x) { return eg_select(eg_lt(x, K(0.0)), -x, x); }
 /* The angle of (x, y) turned back by that of the real parts is small, so its arc tangent is on the right branch. */
 static inline real eg_atan2(real y, real x)
@@ -243,7 +243,7 @@ static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(
 static inline real eg_lt(real x, real y) { return eg_from_bits(EG_MASK(x < y) & eg_to_bits(K(1.0))); }
 static inline real eg_le(real x, real y) { return eg_from_bits(EG_MASK(x <= y) & eg_to_bits(K(1.0))); }
 static inline real eg_select(real c, real x, real y) { return eg_blend(EG_MASK(c != K(0.0)), x, y); }
-static inline real eg_sign(real x) { return eg_lt(K(0.0), x) - eg_lt(x, K(0.0)); }
+static inline real eg_not_a_number(real x) { return eg_from_bits(EG_MASK(x != x) & eg_to_bits(K(1.0))); }
 static inline real eg_abs(real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
 #define EG_DEFINE_LANEWISE(name, function)                                                                              \
     static inline real name(real x)                                                                                    \
@@ -306,8 +306,10 @@ static inline real eg_cos(real x)
     eg_sincos(x, &s, &c);
     return c;
 }
-static inline real eg_min(real x, real y) { return eg_select(eg_lt(y, x), y, x); }
-static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y), y, x); }
+/* Not a number stays so through each of these: a curve that is left must stop the run, not vanish in max(0, curve). */
+static inline real eg_sign(real x) { return eg_select(eg_not_a_number(x), x, eg_lt(K(0.0), x) - eg_lt(x, K(0.0))); }
+static inline real eg_min(real x, real y) { return eg_select(eg_lt(y, x) + eg_not_a_number(y), y, x); }
+static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y) + eg_not_a_number(y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
 #define EG_SIN(x) eg_sin(x)

@@ -117,6 +117,57 @@ def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["success"] is False
 
 
+LEAVING = """
+format = 1
+name = "leaving"
+curves.force.points = [[-0.1, -10], [0, 0], [0.1, 10]]
+curves.hump.bump = { length = 50, height = 1, position = -20 }
+
+[bodies.slug]
+mass = 1.0
+
+[joints.slide]
+type = "prismatic"
+parent = "base"
+child = "slug"
+axis = [0, 0, 1]
+initial = { velocity = 3 }
+"""
+SPRING = """
+[efforts.spring]
+joint = "slide"
+effort = "%s"
+"""
+TYRE = """
+[parameters]
+speed = { value = 1, tunable = true }
+
+[points.hub]
+body = "slug"
+position = [0, 0, 0.299]
+
+[tyres.tyre]
+center = "hub"
+radius = 0.3
+stiffness = 2e5
+damping = 300
+road = "0.001 * force(speed * t)"
+"""
+
+
+@pytest.mark.parametrize(
+    "law",
+    [TYRE, *(SPRING % law for law in ("max(-20, min(20, -force(q.slide)))", "sign(-force(q.slide))", "hump(force(q.slide))"))],
+    ids=["tyre", "limits", "sign", "bump"],
+)
+def test_a_curve_that_is_left_stops_the_run(law: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beyond its points a curve is not a number: a tyre, a limit, a sign or another curve does not hide that."""
+    path = tmp_path / "leaving.toml"
+    path.write_text(LEAVING + law, encoding="utf-8")
+    code, _, message = _run(["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "1", "--no-plots"], capsys)
+    assert code == 6 and "a value became infinite or not a number" in message and "Q (the generalized force)" in message
+
+
 def test_input_and_output(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, message = _run(["info", str(tmp_path / "nowhere.toml")], capsys)
     assert code == 7 and message.startswith("input/output error: ") and "nowhere.toml" in message

@@ -115,3 +115,25 @@ def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) 
         assert np.isnan(found[1, 0])
         assert found[0, 1] == pytest.approx(np.sin(2.0), abs=1e-16)
         assert np.isnan(found[2, 1])
+
+
+@pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
+@pytest.mark.parametrize("profile", ["quick", "fast"])
+def test_not_a_number_passes_through_min_max_abs_and_sign(real: str, profile: str, tmp_path: Path) -> None:
+    tape = Tape()
+    x, y, zero = tape.input("q", 0), tape.input("q", 1), tape.constant(0.0)
+    refs = [tape.call(Op.MIN, x, y), tape.call(Op.MIN, y, zero), tape.call(Op.MAX, y, x), tape.call(Op.MAX, zero, y)]
+    refs += [tape.call(Op.MAX, tape.call(Op.MIN, y, x), zero), tape.call(Op.ABS, y), tape.call(Op.SIGN, y)]
+    system = make_system("bounds", tape, [Function("bounds", "", ("q",), (Block("y", (len(refs),), tuple(refs)),))])
+    library = compile_system(system, tmp_path, profile=profile, real=real)
+    q = np.array([[0.0, np.nan], [1.0, np.nan], [np.inf, np.nan], [np.nan, np.nan], [np.inf, -np.inf], [-2.0, 3.0], [3.0, -2.0]])
+    (found,) = call(library, "bounds", {"q": q})
+    in_numpy = evaluate(tape, refs, {"q": q})
+    in_mpmath = [[complex(value) for value in evaluate_mpmath(tape, refs, {"q": list(map(float, row))})] for row in q]
+    for values in (found, in_numpy, np.array(in_mpmath)):
+        assert np.all(np.isnan(values[:4]))
+        assert values[4:].real.tolist() == [
+            [-np.inf, -np.inf, np.inf, 0, 0, np.inf, -1], [-2, 0, 3, 3, 0, 3, 1], [-2, -2, 3, 0, 0, 2, -1],
+        ]  # fmt: skip
+    (swapped,) = call(library, "bounds", {"q": np.array([[np.nan, 0.0], [np.nan, 1.0]])})
+    assert np.all(np.isnan(swapped[:, [0, 2, 4]])) and not np.any(np.isnan(swapped[:, [1, 3, 5, 6]]))
