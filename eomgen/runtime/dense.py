@@ -88,7 +88,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike) -> State:
     explicit = str(metadata.get("method", "")).startswith("rk4")
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
     pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
-    q, v, a, z = (np.concatenate(part).reshape(*times.shape, -1) for part in zip(*pieces, strict=True))
+    q, v, a, z = (np.concatenate(part).reshape(*times.shape, part[0].shape[1]) for part in zip(*pieces, strict=True))
     return State(times, q, v, a, z)
 
 
@@ -137,7 +137,7 @@ def _check_turns(rows: Rows, factors: Sequence[StoredFactor], index: Index) -> N
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
-    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a.
+    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a, and z if any.
 
     Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
     """
@@ -148,4 +148,6 @@ def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
     found = state_at(kept, metadata, rows.t[left_out])
     q = product.difference(factors_of(metadata), rows.q[left_out], found.q)
     errors = {"q": q, "v": found.v - rows.v[left_out], "a": found.a - rows.a[left_out]}
+    if rows.z.shape[1]:
+        errors["z"] = found.z - rows.z[left_out]
     return {name: float(np.max(np.abs(error), initial=0.0)) for name, error in errors.items()}

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.errors import Problem, UsageError
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
+from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
 from eomgen.runtime.methods import canonical_name
@@ -182,6 +183,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         success=success, interrupted=trajectory.interrupted,
         metadata={**described, "corrections": run.corrections, "notes": notes},
         see=lambda: seen(model, t, q, p),
+        evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
     )  # fmt: skip
 
 
@@ -232,6 +234,12 @@ def _evaluate(
             held = {"multipliers": multipliers[part]} if model.multipliers else {}
             energies.append(model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p, **held))
     return _joined(outputs), _joined(energies)
+
+
+def outputs_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> dict[str, Array]:
+    """Return the outputs of a state at times (...), with the inputs of the run at these times."""
+    u = None if signals is None else signals.rows(state.t.ravel()).reshape(*state.t.shape, model.nu)
+    return model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
 
 
 def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:

@@ -43,6 +43,7 @@ class Solution:
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
     see : gives what pictures show, when it is first asked for; None where it is not known
+    evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
     """
 
     t: Array
@@ -59,13 +60,14 @@ class Solution:
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
     see: Callable[[], Seen] | None = None
+    evaluate: Callable[[State], dict[str, Array]] | None = None
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
-        return {**vars(self), "see": None}
+        return {**vars(self), "see": None, "evaluate": None}
 
     @cached_property
     def seen(self) -> Seen:
@@ -160,7 +162,7 @@ class Solution:
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its order 4 and
         generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows;
-        ``interpolation_error`` measures it. Outputs: ``s = solution.at(t)``, ``model.outputs(s.q, s.v, s.a, s.t)``.
+        ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
 
         Raises
         ------
@@ -169,8 +171,24 @@ class Solution:
         """
         return state_at(self._rows, self.metadata, t)
 
+    def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
+        """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.
+
+        Internal states, inputs and parameters are those of the run.
+
+        Raises
+        ------
+        UsageError
+            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+        """
+        if self.evaluate is None:
+            what = "the outputs between rows need the model and the inputs of the run, which a stored solution does not hold"
+            hint = "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of the run"
+            raise UsageError(Problem("outputs_at", what, hint))
+        return self.evaluate(self.at(t))
+
     def interpolation_error(self) -> dict[str, float]:
-        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: ``q`` (as an increment), ``v``, ``a``.
+        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
 
         That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
         """

@@ -108,6 +108,47 @@ def test_outputs_follow_from_states() -> None:
     np.testing.assert_allclose(tip, model.point("link", [0, 0, -1.0], known.q, known.v, known.t).position, atol=3e-8)
 
 
+def lagging() -> eomgen.Model:
+    """Return a cart driven by a lagging actuator, with an output of everything that an output may name."""
+    builder = eomgen.SceneBuilder("lagging").parameter("gain", 2.0, tunable=True)
+    builder.input("push", "sin(9 * t)", unit="N").input("more")
+    builder.body("cart", 1.5).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=40.0)
+    builder.state("force", "(gain * push - force) / 0.05", initial=0.7, unit="N").effort("drive", "rail", "force + more")
+    builder.output("all", formula="force + 3 * push + gain * q.rail + more * v.rail + t")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_outputs_between_rows_know_internal_states_inputs_and_parameters_of_the_run(method: str) -> None:
+    model, step = lagging(), 2e-3
+    table = 0.3 * np.arange(201) * step
+    more = {"method": method, "parameters": {"gain": 3.0}, "inputs": {"push": lambda t: np.cos(7.0 * t), "more": table}}
+    run = model.simulate(0.4, step, **more)
+    at_rows = run.outputs_at(run.t)
+    assert list(at_rows) == ["all"]
+    np.testing.assert_allclose(at_rows["all"], run.outputs["all"], atol=1e-12)
+    coarse = model.simulate(0.4, step, record_every=4, **more)
+    np.testing.assert_allclose(coarse.outputs_at(run.t)["all"], run.outputs["all"], atol=1e-4)
+    state = run.at(TIMES)
+    known = state.z[:, 0] + 3.0 * np.cos(7.0 * TIMES) + 3.0 * state.q[:, 0] + 0.3 * TIMES * state.v[:, 0] + TIMES
+    np.testing.assert_allclose(run.outputs_at(TIMES)["all"], known, atol=1e-12)
+    assert run.outputs_at(0.05)["all"].shape == () and run.outputs_at([[0.1, 0.2]])["all"].shape == (1, 2)
+    assert run.outputs_at([])["all"].shape == (0,)
+    assert set(run.interpolation_error()) == {"q", "v", "a", "z"} and 0.0 < run.interpolation_error()["z"] < 1e-4
+
+
+def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_path: Path) -> None:
+    model = lagging()
+    given = {"parameters": {"gain": 3.0}, "inputs": {"more": 0.4}}
+    first = model.simulate(0.2, 2e-3, checkpoint=tmp_path / "run.ckpt", **given)
+    whole = first.followed_by(model.resume(tmp_path / "run.ckpt", 0.4))
+    in_one = model.simulate(0.4, 2e-3, **given)
+    np.testing.assert_allclose(whole.outputs_at(TIMES)["all"], in_one.outputs_at(TIMES)["all"], atol=1e-12)
+    stored = eomgen.Solution.load(whole.save(tmp_path / "solution.npz"))
+    with pytest.raises(eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"):
+        stored.outputs_at(0.1)
+
+
 def test_a_stored_solution_is_as_dense(tmp_path: Path) -> None:
     run = flyer().simulate(0.05, 0.01)
     again = eomgen.Solution.load(run.save(tmp_path / "solution.npz"))
