@@ -274,7 +274,7 @@ class Model(Bodies, InternalStates, Runs):
                 continue
             first = math.ceil((start - time) / period)
             found |= {time + k * period for k in range(first, math.floor((end - time) / period) + 1)}
-        return np.array(sorted(found))
+        return np.array(sorted(found)) + 0.0  # no minus zero
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 

@@ -226,6 +226,18 @@ def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
                 assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
 
 
+@pytest.mark.parametrize("start", [0.0, -0.3, -1.0])
+def test_a_jump_at_zero_has_two_sides(start: float) -> None:
+    """Times near zero have no rounding of their own to keep away by, and a grid that starts elsewhere meets zero with its own."""
+    made = builder().input("push", formula="3 if t > 0 else 0").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    for method, step, bound in (("rk4", 0.01, 1e-7), ("generalized_alpha", 1e-3, 1e-5)):
+        solution = model.simulate(1.0, step, t_start=start, method=method)
+        exact = float(free(1.0 - start) + 3 * after_step(1.0))
+        assert abs(solution.q[-1, 0] - exact) < bound, method
+    assert np.signbit(model.discontinuity_times(0.0, 1.0)).tolist() == [False]
+
+
 def test_order_across_jumps_on_a_group() -> None:
     """A fast top whose torque comes and goes, against its own fine run by the method of order 4."""
     made = eomgen.SceneBuilder("top").body("top", 1.0, center_of_mass=[0, 0, 0.3], inertia=[0.02, 0.03, 0.01])
