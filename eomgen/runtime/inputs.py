@@ -81,8 +81,11 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
         early = start < first - rounding
         what = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
         what += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
-        where = "t_start" if early else "t_end"
-        raise UsageError(Problem(where, what, f'{where} = {first if early else last:.9g}, or outside = "hold" or "periodic"'))
+        beyond = 'outside = "hold" or "periodic"'
+        if early:  # on the command line every run begins at t = 0
+            hint = f"{beyond}, points from t = {start:.9g} s on, or in Python t_start = {first:.9g}"
+            raise UsageError(Problem("t_start", what, hint))
+        raise UsageError(Problem("t_end", what, f"t_end = {last:.9g}, or {beyond}"))
 
 
 def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:

@@ -156,7 +156,7 @@ class _Reader:
         if name in self.names.curves:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
-            hint = IN_RADIANS if name in DEGREES else nearest(name, [*sorted(FUNCTIONS), *self.names.curves])
+            hint = IN_RADIANS if name in DEGREES else nearest(name, [*self.names.curves, *sorted(FUNCTIONS)])
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")

@@ -119,6 +119,9 @@ def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float) -> str
     dimension = measure(quantity.factors)[1]
     if wanted == {_ANGLE: 1, "[time]": -1} and dimension == {"[time]": -1}:
         return f'"{60 * value:.6g} rpm" where a cycle is a turn, or "{value:.6g} rad/s"'
+    if wanted == {"[time]": 1} and dimension == {"[time]": -1}:
+        period = f'the period, "{1 / value:.6g} s", or ' if value > 0 else ""
+        return f"a time in s: {period}1 / (2 pi f) where f is the corner frequency of a filter"
     if wanted == {"[length]": 1, "[time]": -2} and quantity.factors == (("g", 1),):
         return f'g is the gram: "{float(quantity.number):.6g} g0", g0 being 9.80665 m/s^2'
     return f'"{value:.6g} {unit}"'

@@ -114,7 +114,7 @@ class _Converter:
         return value
 
     def text(self, unit: Units, key: str, text: str) -> float | Refused:
-        from eomgen.scene.unit_conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+        from eomgen.scene.unit_conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
             quantity = read_quantity(text, self.known)
@@ -122,7 +122,10 @@ class _Converter:
                 raise UnitError(f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}")
             if unit:
                 return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
-            what, hint = f"{shown(text)} has a unit, and a number without one is needed here", f"{float(quantity.number):.6g}"
+            number, coherent = to_si(quantity)
+            what, hint = f"{shown(text)} has a unit, and a number without one is needed here", repr(number).removesuffix(".0")
+            if measure(quantity.factors)[0] != 1:
+                hint = f"{hint}, which it is in {coherent}"
         except UnitError as error:
             what, hint = error.what, error.hint
         self.report.add(key, what, hint)

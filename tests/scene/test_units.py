@@ -138,6 +138,9 @@ def test_every_name_has_one_meaning() -> None:
         ("2 kg m/s^3", "N", "'2 kg m/s^3' is in kg m/s^3, a force in N is expected; try: \"2 N\""),
         ("50 Hz", "rad/s", '\'50 Hz\' is a frequency, an angular speed in rad/s is expected; '
                            'try: "3000 rpm" where a cycle is a turn, or "50 rad/s"'),
+        ("20 Hz", "s", '\'20 Hz\' is a frequency, a time in s is expected; try: a time in s: the period, "0.05 s", or '
+                       '1 / (2 pi f) where f is the corner frequency of a filter'),
+        ("0 Hz", "s", "'0 Hz' is a frequency, a time in s is expected; try: a time in s: 1 / (2 pi f) where"),
         ("50 s^-1", "rad/s", "'50 s^-1' is a frequency, an angular speed in rad/s is expected"),
         ("3 N m/rad", "N m", "'3 N m/rad' is a torsional stiffness, a torque in N m is expected"),
         ("3 rad", "m", "'3 rad' is an angle, a length in m is expected"),
@@ -274,6 +277,8 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
         ('"2*length"', '"2 length"', "scene.toml:7 (bodies.link.mass): 'length' is not a unit; try: a * before length"),
         ("[0, 1, 0]", '[0, "1 m", 0]', "scene.toml:14 (joints.hinge.axis[1]): '1 m' has a unit, and a number without one is "
                                        "needed here; try: 1"),
+        ("[0, 1, 0]", '[0, "2 kN m/rad", 0]', "scene.toml:14 (joints.hinge.axis[1]): '2 kN m/rad' has a unit, and a number "
+                                              "without one is needed here; try: 2000, which it is in N m/rad"),
         ("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'"),
         ("length = 0.8", 'length = "long"', "scene.toml:4 (parameters.length.value): a number is needed here, not 'long'"),
     ],

@@ -57,6 +57,19 @@ FAILURES = [
         new='effort = "sine(t)"',
     ),
     Failure(
+        "A curve that there is not", 3,
+        (
+            "description error: scene.toml:28 (efforts.motor.effort): unknown function 'track' (column 1); try: one of "
+            "profile, abs, acos, asin, atan, atan2, cos, cosh and 10 more"
+        ),
+        old='effort = "motor"',
+        new='effort = "track(t)"',
+        more=(
+            "[curves.profile]\n"
+            "points = [[0, 0], [1, 2]]"
+        ),
+    ),
+    Failure(
         "A function with too many arguments", 3,
         "description error: scene.toml:28 (efforts.motor.effort): sin() takes 1 argument, not 2 (column 1)",
         old='effort = "motor"',

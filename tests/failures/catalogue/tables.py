@@ -197,6 +197,20 @@ FAILURES = [
         )},
     ),
     Failure(
+        "A run that begins before the points of a curve", 2,
+        (
+            "usage error: t_start: the points of pulse begin at t = 0.5 s, the run begins at t = 0 s; try: outside = \"hold\" or "
+            '"periodic", points from t = 0 s on, or in Python t_start = 0.5'
+        ),
+        command="simulate scene.toml --out out --t-end 1",
+        old='effort = "motor"',
+        new='effort = "pulse(t)"',
+        more=(
+            "[curves.pulse]\n"
+            "points = [[0.5, 0], [1, 5], [2, 0]]"
+        ),
+    ),
+    Failure(
         "A run beyond the points of a table", 2,
         (
             "usage error: t_end: the points of inputs.road end at t = 2 s, the run ends at t = 3 s; try: t_end = 2, or "

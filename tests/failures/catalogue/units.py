@@ -42,6 +42,32 @@ FAILURES = [
         ),
     ),
     Failure(
+        "A frequency in the place of a time", 3,
+        (
+            "description error: scene.toml:36 (controllers.servo.time_constant): '20 Hz' is a frequency, a time in s is "
+            'expected; try: a time in s: the period, "0.05 s", or 1 / (2 pi f) where f is the corner frequency of a filter'
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "low_pass"\n'
+            'signal = "q.shoulder"\n'
+            'time_constant = "20 Hz"'
+        ),
+    ),
+    Failure(
+        "A gain with a unit", 3,
+        (
+            "description error: scene.toml:36 (controllers.servo.proportional): '2 kN m/rad' has a unit, and a number without "
+            "one is needed here; try: 2000, which it is in N m/rad"
+        ),
+        more=(
+            "[controllers.servo]\n"
+            'type = "pi"\n'
+            'signal = "q.shoulder"\n'
+            'proportional = "2 kN m/rad"'
+        ),
+    ),
+    Failure(
         "A unit that can be read in two ways", 3,
         (
             "description error: scene.toml:21 (joints.shoulder.stiffness): '3 N/m s' can be read in two ways; try: brackets, "
