@@ -19,6 +19,7 @@ _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "helical": (("rad",), ("rad/s",)),
     "cylindrical": (("rad", "m"), ("rad/s", "m/s")),
     "universal": (("rad", "rad"), ("rad/s", "rad/s")),
+    "absolute": (("m",) * 3, ("m/s",) * 3),
     "planar": (("rad", "m", "m"), ("rad/s", "m/s", "m/s")),
 }
 
@@ -63,7 +64,8 @@ def coordinate_units(factors: Sequence[Factor], joints: Iterable[Joint]) -> tupl
     q_units: list[str] = []
     v_units: list[str] = []
     for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
-        kind = types.get(factor.name, "") if factor.group == "R" else factor.group
+        place = "absolute" if factor.name.endswith(".position") else ""
+        kind = types.get(factor.name, place) if factor.group == "R" else factor.group
         q, v = _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q
         v_units += v

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,12 +22,19 @@ Array = NDArray[np.float64]
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
 #: Smaller changes are shown as none: they are rounding errors.
 _FLAT = 1e-12
+#: What is measured in a unit, as far as the unit alone says it; coordinates of joints and bodies say more.
 _QUANTITIES = {
-    "rad": "angle", "m": "position", "1": "quaternion", "rad/s": "angular velocity", "m/s": "velocity",
-    "J": "energy", "W": "power",
+    "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
+    "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip
-#: Colours that stay apart for colour-blind eyes (Okabe and Ito, without yellow).
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#000000")
+_COORDINATES = {"m": "position", "1": "quaternion"}
+#: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
+_DASHED = 3
+#: Energies are drawn as changes where the largest change is less than this part of the values or of the gaps between them.
+_OFFSET = 0.2
+#: Letters in one line of a legend.
+_LEGEND = 34
 
 
 @dataclass(frozen=True)
@@ -36,6 +44,9 @@ class Curve:
     name: str
     unit: str
     values: Array
+    quantity: str = ""
+    output: str = ""
+    description: str = ""
 
 
 def draw(solution: Solution, folder: Path) -> list[Path]:
@@ -48,43 +59,62 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
     """
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     figures = {
-        "coordinates": _curves(solution.q, names.get("q", []), units.get("q", [])),
+        "coordinates": _curves(solution.q, names.get("q", []), units.get("q", []), _COORDINATES),
         "velocities": _curves(solution.v, names.get("v", []), units.get("v", [])),
         "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
         "outputs": _outputs(solution, units.get("outputs", {})),
-        "energy": [
-            Curve(name, "W" if "power" in name else "J", values)
-            for name, values in solution.energy.items()
-            if "power" not in name or np.any(values)
-        ],
+        "energy": _energies(solution),
     }
     title = str(solution.metadata.get("scene", ""))
     return [_figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png") for name, curves in figures.items() if curves]
 
 
-def _curves(table: Array, names: Sequence[str], units: Sequence[str]) -> list[Curve]:
-    return [Curve(name, unit, table[:, index]) for index, (name, unit) in enumerate(zip(names, units, strict=True))]
+def _curves(
+    table: Array, names: Sequence[str], units: Sequence[str], quantities: Mapping[str, str] | None = None
+) -> list[Curve]:
+    known = quantities or {}
+    columns = zip(names, units, table.T, strict=True)
+    return [Curve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
+
+
+def _energies(solution: Solution) -> list[Curve]:
+    """Return energies and powers; energies as changes from the start where an offset would press them flat."""
+    powers = [Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)]
+    energies = {name: values for name, values in solution.energy.items() if "power" not in name}
+    if not energies:
+        return powers
+    table = np.stack(list(energies.values()))
+    change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
+    if 1e-9 * size < change < _OFFSET * size:
+        drawn = [Curve(name, "J", values - values[0], "change of energy from the start") for name, values in energies.items()]
+    else:
+        drawn = [Curve(name, "J", values) for name, values in energies.items()]
+    return drawn + powers
 
 
 def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
+    meaning = solution.metadata.get("outputs", {})
     curves = []
     for name, array in solution.outputs.items():
         table = array[:, np.newaxis] if array.ndim == 1 else array
         several = table.shape[1] > 1
         curves += [
-            Curve(f"{name}[{index}]" if several else name, units.get(name, ""), table[:, index])
+            Curve(
+                f"{name}[{index}]" if several else name, units.get(name, ""), table[:, index],
+                meaning.get(name, {}).get("quantity", ""), name, meaning.get(name, {}).get("description", ""),
+            )
             for index in range(table.shape[1])
         ]
     return curves
 
 
 def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
-    """Group curves of one unit, in order, as evenly as a panel's limit allows."""
-    by_unit: dict[str, list[Curve]] = {}
+    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows."""
+    alike: dict[tuple[str, str], list[Curve]] = {}
     for curve in curves:
-        by_unit.setdefault(curve.unit, []).append(curve)
+        alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
     panels = []
-    for group in by_unit.values():
+    for group in alike.values():
         count = -(-len(group) // _CURVES)
         size = -(-len(group) // count)
         panels += [group[start : start + size] for start in range(0, len(group), size)]
@@ -122,11 +152,16 @@ def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
-    for curve, colour in zip(panel, _COLOURS, strict=False):
-        axis.plot(*_thinned(t, curve.values), label=curve.name, color=colour, linewidth=1.2)
-    unit = panel[0].unit
-    quantity = _QUANTITIES.get(unit, "")
-    axis.set_ylabel(quantity if unit == "1" else f"{quantity} / {unit}" if quantity else f"/ {unit}" if unit else "")
+    outputs = {curve.output: curve.description for curve in panel}
+    alone = len(outputs) == 1
+    for number, (curve, colour) in enumerate(zip(panel, _COLOURS, strict=False)):
+        meant = "" if alone or (curve.name.endswith("]") and not curve.name.endswith("[0]")) else curve.description
+        label = textwrap.fill(f"{curve.name}: {meant}" if meant else curve.name, _LEGEND)
+        style = "--" if number >= _DASHED else "-"
+        axis.plot(*_thinned(t, curve.values), label=label, color=colour, linewidth=1.3, linestyle=style)
+    axis.set_ylabel(_label(panel, alone))
+    if alone and panel[0].description:
+        axis.set_title(panel[0].description, fontsize=10, loc="left")
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
     low, high = axis.get_ylim()
@@ -134,6 +169,14 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
         axis.set_ylim(0.5 * (low + high) - _FLAT, 0.5 * (low + high) + _FLAT)
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
     axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=9)
+
+
+def _label(panel: Sequence[Curve], alone: bool) -> str:
+    """Return what the panel shows over its unit: the quantity that is known of it, else the name where there is one."""
+    first = panel[0]
+    named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
+    what = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
+    return what if first.unit in ("", "1") else f"{what} / {first.unit}"
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

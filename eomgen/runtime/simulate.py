@@ -268,6 +268,9 @@ def _metadata(
             "q": model.q_units, "v": model.v_units, "z": model.z_units,
             "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
         },
+        "outputs": {
+            output.name: {"description": output.description, "quantity": output.quantity} for output in model.scene.outputs
+        },
         "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
         "fingerprint": getattr(model.library, "fingerprint", ""),
     }

@@ -14,7 +14,7 @@ from typing import Any, Literal
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
 from eomgen.scene.force_elements import Bushing, Friction, Stop, Tyre
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import Formula, Number, Symbol
 
 Vector = tuple[Formula, Formula, Formula]
 ZERO: Formula = Number(0.0)
@@ -274,6 +274,13 @@ class Output:
     values: tuple[Formula, ...]
     unit: str = ""
     description: str = ""
+
+    @property
+    def quantity(self) -> str:
+        """``position``, ``velocity`` or ``acceleration`` where the values are nothing but that, else empty."""
+        kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
+        kind = kinds.pop() if len(kinds) == 1 else ""
+        return kind if kind in ("position", "velocity", "acceleration") else ""
 
 
 @dataclass(frozen=True)

@@ -297,7 +297,7 @@ class Output(Table):
         "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )
     unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
-    description: Description = key("title of the plot", "")
+    description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")
 
 
 class Simulation(Table):
