@@ -117,9 +117,11 @@ def test_a_run_beyond_the_points() -> None:
     with pytest.raises(eomgen.UsageError, match=r"t_end: the points of inputs.push end at t = 1.5 s, the run ends at t = 1.51 s; "
                                                 r'try: t_end = 1.5, or outside = "hold" or "periodic"'):  # fmt: skip
         model.simulate(1.501, 1e-2, t_start=0.5)
-    with pytest.raises(eomgen.UsageError, match=r"t_start: the points of inputs.push begin at t = 0.5 s, the run begins at t = 0 s; try: "
-                                                r'outside = "hold" or "periodic", points from t = 0 s on, or in Python '
-                                                r"t_start = 0.5$"):  # fmt: skip
+    early = (
+        r"t_start: the points of inputs.push begin at t = 0.5 s, the run begins at t = 0 s; try: "
+        r'outside = "hold" or "periodic", points from t = 0 s on, or in Python t_start = 0.5$'
+    )
+    with pytest.raises(eomgen.UsageError, match=early):
         model.simulate(1.0, 1e-2)
     assert model.simulate(2.0, 1e-2, inputs={"push": 0.1}).success
     thrown = model.simulate(2.0, 1e-2, inputs={"push": 0.0}, initial={"rail": {"velocity": 9.0}})
