@@ -17,7 +17,7 @@ from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known
 from eomgen.runtime.methods import method_named
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
-from eomgen.runtime.run import Run, keeper_of
+from eomgen.runtime.run import SCENE_START, Run, keeper_of
 from eomgen.runtime.run_settings import number_of, steps_between
 from eomgen.runtime.simulate import solution_of
 from eomgen.runtime.solution import Solution
@@ -93,7 +93,10 @@ def resume(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )
     method = method_named(said["method"], **said["method_parameters"])
-    run = Run(model, said["method"], method, settings, p, signals, steps, every, start, end, said.get("corrections", []))
+    run = Run(
+        model, said["method"], method, settings, p, signals, steps, every, start, end,
+        said.get("corrections", []), said.get("start", SCENE_START),
+    )  # fmt: skip
     began = time.perf_counter()
     keeper = keeper_of(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
     trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)

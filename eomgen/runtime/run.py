@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from eomgen.runtime.model import Model
 
 Array = NDArray[np.float64]
+#: What a run starts from that was told nothing else, by a scene that says nothing else.
+SCENE_START = "the scene's initial state"
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Run:
     steps, every : of the whole time grid from ``start``, and between recorded rows
     start, end : s
     corrections : how the initial state was brought onto the constraints
+    begun : what the run starts from, in words
     """
 
     model: Model
@@ -52,6 +55,7 @@ class Run:
     start: float
     end: float
     corrections: Sequence[str] = ()
+    begun: str = SCENE_START
 
     @property
     def driven(self) -> Callable[[Array], Array] | None:
@@ -77,12 +81,29 @@ class Run:
             "t_start": self.start,
             "t_end": self.end,
             "corrections": list(self.corrections),
+            "start": self.begun,
             "inputs": kinds,
             "fingerprint": library.fingerprint,
             "build": library.digest,
         }
         start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
         return Checkpoint(said, state, workspace, values, start)
+
+
+def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: str) -> str:
+    """Return what a run starts from in words.
+
+    Parameters
+    ----------
+    settled, given : whether it starts at static equilibrium, and whether initial values were given
+    chosen, of_scene : ``start`` of the run, if any, and of the scene
+    """
+    if settled:
+        return "equilibrium near the initial values given" if given else "the scene's equilibrium"
+    if not given:
+        return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
+    instead = chosen is None and of_scene == "equilibrium"
+    return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
 
 
 def start_of(run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool) -> tuple[InitialState, list[str]]:

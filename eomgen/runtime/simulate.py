@@ -20,7 +20,7 @@ from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
-from eomgen.runtime.run import Run, keeper_of, start_of
+from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
 from eomgen.runtime.scenery import seen
 from eomgen.runtime.solution import Solution
@@ -128,7 +128,8 @@ def simulate(
     run = Run(model, name, stepped_by, chosen, p, signals, steps, every, t_first, end)
     settled = _settled(start, initial is not None, defaults)
     state, corrections = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
-    run = replace(run, corrections=corrections)
+    begun = words_of_start(settled=settled, given=bool(initial), chosen=start, of_scene=str(defaults["start"]))
+    run = replace(run, corrections=corrections, begun=begun)
 
     began = time.perf_counter()
     stepper = Stepper(library, chosen, p)
@@ -181,7 +182,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=trajectory.interrupted,
-        metadata={**described, "corrections": run.corrections, "notes": notes},
+        metadata={**described, "start": run.begun, "corrections": run.corrections, "notes": notes},
         see=lambda: seen(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
     )  # fmt: skip

@@ -199,15 +199,35 @@ def test_a_scene_says_that_it_starts_settled() -> None:
     rest = np.array([-6.0 * G / 500.0, -(4.0 * G + 7.0) / 200.0])
     np.testing.assert_allclose(run.q - rest, 0.0, atol=1e-12)
     assert run.metadata["corrections"][0].startswith("initial position: at rest after ")
+    assert run.metadata["start"] == "the scene's equilibrium"
     as_said = model.simulate(0.1, 1e-3, start="initial", inputs={"push": 0.0})
     assert np.array_equal(as_said.q[0], [0.0, 0.0]) and as_said.metadata["corrections"] == []
     given = model.simulate(0.1, 1e-3, initial={"upper": 0.05}, inputs={"push": 0.0})
     assert np.array_equal(given.q[0], [0.0, 0.05])
+    assert as_said.metadata["start"] == "the scene's initial state, not its equilibrium"
+    assert given.metadata["start"] == "initial values given, in place of the scene's equilibrium"
     moving = {"upper": {"position": 0.05, "velocity": 0.3}}
     settled = model.simulate(0.1, 1e-3, initial=moving, start="equilibrium", inputs={"push": 0.0})
     assert settled.q[0, 1] == pytest.approx(-3.0 * G / 200.0) and np.array_equal(settled.v[0], [0.0, 0.3])
+    assert settled.metadata["start"] == "equilibrium near the initial values given"
     with pytest.raises(eomgen.UsageError, match="start: a run cannot start at 'rest'; try: initial or equilibrium"):
         model.simulate(0.1, 1e-3, start="rest")
+
+
+def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = PENDULUM_TOML.replace("[simulation]", '[simulation]\nstart = "equilibrium"')
+    assert "equilibrium" in text
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    command = ["simulate", str(tmp_path / "scene.toml"), "--no-plots", "--t-end", "0.01", "--out", str(tmp_path / "out")]
+    for options, start in (
+        ([], "the scene's equilibrium"),
+        (["--initial", "hinge=0.1"], "initial values given, in place of the scene's equilibrium"),
+        (["--initial", "hinge=0.1", "--start", "equilibrium"], "equilibrium near the initial values given"),
+    ):
+        assert main([*command, *options]) == 0
+        printed = capsys.readouterr().out
+        assert start in " ".join(printed.split()), printed
+        assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["start"] == start
 
 
 def test_a_loop_starts_settled() -> None:
