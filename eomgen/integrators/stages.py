@@ -26,13 +26,13 @@ def stages_of_tree(
 
     Parameters
     ----------
-    owners : for each inner unknown, the first velocity component of its link
+    owners : for each inner unknown, a velocity component of its link; links of a joint of several coordinates share a factor
     """
+    link_of = [factor.v_start for factor in factors for _ in range(factor.v_size)]
     inner: dict[int, list[int]] = {}
     for number, owner in enumerate(owners):
-        inner.setdefault(owner, []).append(unknowns.size + number)
-    link_of = [factor.v_start for factor in factors for _ in range(factor.v_size)]
-    early, late, _ = _internal_states(unknowns, packing, [*link_of, *owners], _ONE)
+        inner.setdefault(link_of[owner], []).append(unknowns.size + number)
+    early, late, _ = _internal_states(unknowns, packing, [*link_of, *(link_of[owner] for owner in owners)], _ONE)
     result: list[Stage] = []
     for factor in reversed(factors):
         own = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]

@@ -26,7 +26,8 @@ def stepper_library(model: Model, name: str) -> Library:
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
     library = model.library if own else model.stepper(name)
     if not library.layout["method"]:
-        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", "generalized_alpha")
+        other = "another method" if name.startswith("generalized_alpha") else "generalized_alpha"
+        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", other)
     return library
 
 

@@ -38,3 +38,26 @@ def test_it_converges_to_runge_kutta_with_order_two(model: eomgen.Model) -> None
     errors = [np.abs(model.simulate(0.04, step).q[-1] - exact.q[-1]).max() for step in (2e-3, 1e-3, 5e-4)]
     slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(np.abs(slopes - 2.0) <= 0.1), (errors, slopes)
+
+
+def test_joints_of_several_coordinates_in_a_long_tree() -> None:
+    """Their links share a factor of the configuration, and one stage of the elimination has what is kept of both."""
+    builder = eomgen.SceneBuilder("long_mixture")
+    kinds = {
+        "universal": {"axis": [1, 0, 0], "second_axis": [0, 1, 0]},
+        "cylindrical": {"axis": [0, 0, 1]},
+        "planar": {"axis": [0, 1, 0]},
+    }
+    names = [*kinds] * 10
+    for k, kind in enumerate(names):
+        count = 3 if kind == "planar" else 2
+        builder.body(f"link_{k}", 1.0, center_of_mass=[0.02, 0.01, -0.1], inertia=[0.02, 0.02, 0.01])
+        builder.joint(
+            f"joint_{k}", kind, f"link_{k - 1}" if k % 5 else "base", f"link_{k}", position=[0.1, 0, -0.1],
+            stiffness=[20.0] * count, initial={"position": [0.1] * count, "velocity": [0.2 * (-1) ** k] * count}, **kinds[kind],
+        )  # fmt: skip
+    model = eomgen.build(builder.build(), terms=["residual", "iteration", "forward_dynamics"], profile="quick")
+    exact = model.simulate(0.04, 1e-3, method="rk4")
+    errors = [np.abs(model.simulate(0.04, step).q[-1] - exact.q[-1]).max() for step in (4e-3, 2e-3, 1e-3)]
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(np.abs(slopes - 2.0) <= 0.2), (errors, slopes)
