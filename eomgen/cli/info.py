@@ -59,6 +59,7 @@ def described(system: System) -> dict[str, Any]:
             {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size} for factor in system.factors
         ],
         "parameters": {item.name: item.value for item in system.parameters},
+        "parameter_units": {item.name: item.unit for item in system.parameters},
         "inputs": [item.name for item in system.inputs],
         "states": _states(system),
         "outputs": [item.name for item in system.outputs],
@@ -132,9 +133,9 @@ def _print(data: dict[str, Any]) -> None:
         print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(rows), numeric=(1,))
     if data["parameters"]:
         out.print()
-        print_table(
-            "Tunable parameters", ("name", "value"), [(name, f"{value:.9g}") for name, value in data["parameters"].items()]
-        )
+        units = data["parameter_units"]
+        values = [(name, f"{value:.9g}", units[name]) for name, value in data["parameters"].items()]
+        print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
     if data["states"]:
         out.print()
         states = [(s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in data["states"]]
@@ -156,7 +157,10 @@ def _print(data: dict[str, Any]) -> None:
         [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
         numeric=(2, 3),
     )
-    titles = {"curves": "Curves", "jumps": "Known times at which forces jump or bend", "dropped": "Left out", "notes": "Notes"}
+    titles = {
+        "curves": "Curves, arguments and values in SI units", "jumps": "Known times at which forces jump or bend",
+        "dropped": "Left out", "notes": "Notes",
+    }  # fmt: skip
     for key, title in titles.items():
         if data[key]:
             out.print()

@@ -56,10 +56,13 @@ def test_info_lists_curves_and_known_jumps(scene_file: Path, capsys: pytest.Capt
     scene_file.write_text(PENDULUM_TOML + "\n" + wave + bump, encoding="utf-8")
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out
+    assert "Curves, arguments and values in SI units" in table
+    assert re.search(r"^name +value +unit *$", table, re.MULTILINE) and re.search(r"^length +0\.\d+ +m *$", table, re.MULTILINE)
     assert "inputs.push: 3 points from 0.5 to 2.5, steps, outside periodic" in table
     assert "t = 0.5 s and every 2 s: forces jump" in table and "t = 1.75 s: derivatives of order 2 jump" in table
     assert main(["info", str(scene_file), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
+    assert data["parameter_units"]["length"] == "m"
     assert data["curves"][0] == "hump: a bump 0.1 high over 0.5 from 0" and len(data["jumps"]) == 4
 
 
