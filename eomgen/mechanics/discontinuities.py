@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from eomgen.scene.corners import Corner, corners, reaches
-from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.formulas_of_forces import formulas_of_forces
 from eomgen.scene.scene import Scene
 from eomgen.system import Discontinuity, Validity
 
@@ -19,7 +18,7 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
 
     found: dict[tuple[float, float], Corner] = {}
     of_inputs = [(item.formula, 0) for item in scene.inputs if item.formula is not None]
-    for formula, derivatives in (*of_inputs, *_formulas(scene)):
+    for formula, derivatives in (*of_inputs, *formulas_of_forces(scene)):
         for corner in corners(formula, value_of, derivatives):
             other = found.get((corner.time, corner.period))
             if other is None or corner.order < other.order:
@@ -32,27 +31,10 @@ def validity(scene: Scene) -> tuple[Validity, ...]:
     """Return the times for which the curves of a scene have points, where they are known."""
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
     owners = [(item.name, item.formula) for item in scene.inputs if item.formula is not None]
-    owners += [("", formula) for formula, _ in _formulas(scene)]
+    owners += [("", formula) for formula, _ in formulas_of_forces(scene)]
     found = [
         Validity(reach.name, owner, reach.start, reach.end)
         for owner, formula in owners
         for reach in reaches(formula, lambda symbol: fixed.get(symbol.name))
     ]
     return tuple(dict.fromkeys(found))
-
-
-def _formulas(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
-    if scene.base is not None:
-        yield from ((formula, 2) for formula in scene.base.position)
-        yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
-    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
-    yield from ((spring.force, 0) for spring in scene.springs)
-    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
-    yield from ((effort.effort, 0) for effort in scene.efforts)
-    yield from ((state.rate, 0) for state in scene.states)
-    yield from ((controller.output, 0) for controller in scene.controllers)
-    for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
-        yield tyre.road, 1
-        if tyre.road_rate is not None:
-            yield tyre.road_rate, 0

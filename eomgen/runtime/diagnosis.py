@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eomgen.errors import UsageError
 from eomgen.lie import product
+from eomgen.runtime.left_curves import left_curves
 
 if TYPE_CHECKING:
     from eomgen.runtime.inputs import InputSignals
@@ -26,12 +27,13 @@ _ORDER = (
 
 def first_non_finite(
     model: Model, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
-) -> tuple[str, bool]:
-    """Return the first block that is not finite, and whether it is so at the last good state or only where the next step leads.
+) -> tuple[str, bool, str]:
+    """Return the first block that is not finite, whether it is so at the last good state or only where the next step leads, and
+    the curves that are left there.
 
     ``state`` is (q, v, a, z).
 
-    The text is empty where all blocks are finite.
+    The texts are empty where all blocks are finite, or no curve is left.
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
@@ -40,8 +42,27 @@ def first_non_finite(
         for time, q_there, v_there in ((t, q, v), ahead):
             block = _at(model, time, q_there, v_there, z, p, signals)
             if block:
-                return f"{block} at t = {time:.9g} s", time == t
-    return "", False
+                left = left_curves(model.scene, _values(model, time, q_there, v_there, z, p, signals))
+                return f"{block} at t = {time:.9g} s", time == t, left
+    return "", False, ""
+
+
+def _values(
+    model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
+) -> dict[tuple[str, str, int], float]:
+    """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
+    values = {("time", "", 0): t}
+    values |= {("parameter", item.name, 0): item.value for item in model.scene.parameters}
+    values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
+    for factor in model.factors:
+        values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
+        values |= {("v", factor.name, index): float(value) for index, value in enumerate(v[factor.v])}
+    values |= {("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)}
+    try:
+        u = signals.rows(np.array([t]))[0]
+    except UsageError:
+        return values
+    return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
 
 
 def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
@@ -72,7 +93,8 @@ def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals:
             value = calls[term]()
             if not np.all(np.isfinite(value)):
                 place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
-                return f"{label}, component {place}"
+                names = [item["name"] for item in model.library.layout["states"]] if term == "internal_rate" else model.v_names
+                return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
     return ""
 
 

@@ -204,11 +204,13 @@ def _message(
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
     _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
-    block, already = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
+    block, already, left = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
     inertia = indefinite_mass(model, q, p)
     details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
     hint = "masses and inertias that bodies can have" if inertia and not block else advice(text, settings)
-    if already:
+    if left:
+        details, hint = f"{details}, where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
 

@@ -51,8 +51,8 @@ FAILURES = [
         "A run that leaves the numbers", 6,
         (
             "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that is "
-            "not finite is Q (the generalized force), component [0] at t = 0.501 s; try: a step smaller than 0.001 s; then "
-            "the forces and formulas near that time\n"
+            "not finite is Q (the generalized force), component v.shoulder at t = 0.501 s; try: a step smaller than 0.001 s; "
+            "then the forces and formulas near that time\n"
             "written to out: solution.npz, solution.csv, summary.json"
         ),
         command="simulate scene.toml --out out --t-end 1 --no-plots",
@@ -63,8 +63,8 @@ FAILURES = [
         "A force that breaks at once", 6,
         (
             "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is not "
-            "finite is Q (the generalized force), component [0] at t = 0 s; try: other parameters, formulas or coordinates "
-            "there: no smaller step helps\n"
+            "finite is Q (the generalized force), component v.shoulder at t = 0 s; try: other parameters, formulas or "
+            "coordinates there: no smaller step helps\n"
             "written to out: solution.npz, solution.csv, summary.json"
         ),
         command="simulate scene.toml --out out --t-end 1 --no-plots",
