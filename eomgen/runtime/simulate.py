@@ -17,6 +17,7 @@ from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
+from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
 from eomgen.runtime.preparation import check_memory, stepper_library
@@ -150,7 +151,11 @@ def simulate(
     u = None if table is None else signals.rows(np.array([t_first]))[0]
     faults = [unresolved_damping(model, state, t_first, u, p, step)] if name == "rk4" else []
     faults += [unresolved_states(model, state, t_first, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
-    for fault in filter(None, faults):
+    outside = [] if settled else starts_beyond_limits(model, state.q, p)
+    of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
+    notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
+    solution = replace(solution, metadata={**solution.metadata, "notes": notes})
+    for fault in filter(None, [*faults, *outside]):
         solution = replace(solution, message=f"{solution.message}; {fault}")
     return solution
 

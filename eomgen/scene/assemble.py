@@ -25,6 +25,7 @@ from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_
 from eomgen.scene.frames import check_two_bodies
 from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
+from eomgen.scene.limit_notes import beyond_limits
 from eomgen.scene.mimics import check_mimics
 from eomgen.scene.names import key_of
 from eomgen.scene.part import Part, signature
@@ -96,11 +97,18 @@ def from_data(
     result = assembler.fields(data.get("bodies", ()) if inertias_checked else part.judged)
     report.raise_problems()
     curves = result["curves"]
+    settled = result["simulation"].start == "equilibrium"
+    outside = [
+        note
+        for joint in result["joints"]
+        if joint.stops and not settled
+        for note in beyond_limits(joint, joint.initial_position, assembler.values.value)
+    ]
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels),
+        notes=(*notes, *part.notes, *labels, *outside),
         metadata=dict(metadata or {}),
     )
 

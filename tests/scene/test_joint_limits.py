@@ -186,3 +186,24 @@ def test_absolute_coordinates_see_half_a_turn_only() -> None:
         "joints.hinge.limits.lower): absolute coordinates measure angles within half a turn, and -3.2 rad is beyond; "
         "try: a limit between -pi and pi, or joint coordinates"
     )
+
+
+def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> None:
+    limits = '{ lower = [-3.07], upper = [-0.07], stiffness = "hard" }'
+    scene = read("hinge", limits=limits)
+    assert scene.notes == (
+        "joint hinge starts at 0 rad, beyond its upper limit -0.07 rad: the stop pushes back with up to 700 N m; "
+        "try an initial position within the limits",
+    )
+    assert read("hinge", limits=limits, initial="{ position = -1 }").notes == ()
+    assert read("hinge", limits=limits, initial="{ position = -0.07 }").notes == ()
+    low = read("hinge", limits=limits, initial="{ position = -4 }").notes
+    assert len(low) == 1 and low[0].startswith("joint hinge starts at -4 rad, beyond its lower limit -3.07 rad: ")
+    rail = read("rail", limits="{ lower = 0.02, stiffness = 1e3 }").notes
+    assert len(rail) == 1 and "0 m, beyond its lower limit 0.02 m: the stop pushes back with up to 20 N;" in rail[0]
+
+
+def test_a_scene_that_starts_at_equilibrium_may_lean_on_its_stops() -> None:
+    text = ARM.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = 0.1, stiffness = 1e3 }\n")
+    assert len(load_toml(text, file="arm.toml").notes) == 1
+    assert load_toml(f'{text}[simulation]\nstart = "equilibrium"\n', file="arm.toml").notes == ()
