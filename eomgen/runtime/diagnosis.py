@@ -38,12 +38,16 @@ def first_non_finite(
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
     with np.errstate(all="ignore"):
-        ahead = (t + step, product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a)
-        for time, q_there, v_there in ((t, q, v), ahead):
-            block = _at(model, time, q_there, v_there, z, p, signals)
+        for ahead in (False, True):
+            if ahead:
+                u, known = signals.rows(np.array([t]))[0], "internal_rate" in model.functions
+                rate = model.internal_rates(q, v, z, t, u, parameters=p) if known else np.zeros_like(z)
+                q, v, z = product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a, z + step * rate
+            time = t + step if ahead else t
+            block = _at(model, time, q, v, z, p, signals)
             if block:
-                left = left_curves(model.scene, _values(model, time, q_there, v_there, z, p, signals))
-                return f"{block} at t = {time:.9g} s", time == t, left
+                left = left_curves(model.scene, _values(model, time, q, v, z, p, signals))
+                return f"{block} at t = {time:.9g} s", not ahead, left
     return "", False, ""
 
 

@@ -134,6 +134,16 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
     assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
 
 
+def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
+    builder = eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])
+    builder.curve("map", points=[[-1, 0], [0, 1], [1, 2]]).state("clock", "3").state("lag", "map(clock) - lag")
+    message = eomgen.build(builder.effort("push", "slide", "lag").build(), profile="quick").simulate(1.0, 1e-2).message
+    assert (
+        "the first block that is not finite is zdot (the rates of the internal states), component lag at t = 0.34 s, "
+        "where the curve map has points from -1 to 1 and is asked at 1.02; try: points that reach further"
+    ) in message
+
+
 def test_a_start_at_which_forces_are_no_numbers_is_reported_not_raised() -> None:
     run = breaking().simulate(1.0, 1e-3, t_start=0.6)
     assert not run.success and run.t.tolist() == [0.6]
