@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -109,7 +110,7 @@ def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
 
 
 def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
-    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows."""
+    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not cut."""
     alike: dict[tuple[str, str], list[Curve]] = {}
     for curve in curves:
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
@@ -117,7 +118,17 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
     for group in alike.values():
         count = -(-len(group) // _CURVES)
         size = -(-len(group) // count)
-        panels += [group[start : start + size] for start in range(0, len(group), size)]
+        whole = [list(part) for _, part in groupby(group, key=lambda curve: curve.output or curve.name)]
+        if max(map(len, whole)) == 1 or max(map(len, whole)) > _CURVES:
+            panels += [group[start : start + size] for start in range(0, len(group), size)]
+            continue
+        panel: list[Curve] = []
+        for part in whole:
+            if len(panel) + len(part) > _CURVES:
+                panels.append(panel)
+                panel = []
+            panel = panel + part
+        panels.append(panel)
     return panels
 
 

@@ -30,6 +30,13 @@ def test_curves_share_panels_with_their_unit_only() -> None:
     assert all(len({curve.unit for curve in panel}) == 1 for panel in panels)
 
 
+def test_an_output_is_not_cut_in_two() -> None:
+    curves = [plots.Curve(f"p{k}[{i}]", "m", np.zeros(3), "position", f"p{k}") for k in range(3) for i in range(3)]
+    assert [[curve.output for curve in panel] for panel in plots._panels(curves)] == [["p0"] * 3 + ["p1"] * 3, ["p2"] * 3]
+    long = [plots.Curve(f"all[{i}]", "m", np.zeros(3), "", "all") for i in range(8)]
+    assert [len(panel) for panel in plots._panels(long)] == [4, 4]
+
+
 def test_thinning_keeps_ends_and_extremes() -> None:
     t = np.linspace(0.0, 1.0, 200_001)
     values = np.sin(40_000.0 * t)
