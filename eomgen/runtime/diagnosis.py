@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import UsageError
 from eomgen.lie import product
@@ -119,38 +119,52 @@ def indefinite_mass(model: Model, q: Array, p: Array) -> str:
 GROSS = 0.1
 
 
-def doubts(statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float) -> str:
+def doubts(statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float, jumps: ArrayLike = ()) -> str:
     """Return what speaks against a run that reached its end, with what to try; empty when nothing does."""
     found = []
     halvings = int(statistics.get("halvings", 0))
     if halvings:
         found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
-    share = energy_error(t, energy)
+    share = energy_error(t, energy, jumps)
     if share > GROSS:
         found.append(f"the energy is out of balance by {100.0 * share:.3g} % of the energies at work")
     return f"{', and '.join(found)}; try: a step smaller than {step:.3g} s" if found else ""
 
 
-def energy_error(t: Array, energy: Mapping[str, Array]) -> float:
+def energy_error(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = ()) -> float:
     """Return the largest violation of d(total)/dt = power + base power over a run, as a share of the energies that move.
 
-    0 where rows too far apart, or missing energies, leave it open.
+    0 where rows too far apart, or missing energies, leave it open. Rows next to ``jumps`` of the forces are passed over: what is
+    done in between, the rows do not tell.
     """
     if len(t) < 5 or not all(name in energy and np.all(np.isfinite(energy[name])) for name in ("total", "power", "base_power")):
         return 0.0
     rate = energy["power"] + energy["base_power"]
-    work, coarse = _integral(t, rate), _integral(t[::2], rate[::2])
+    rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
+    known = _smooth_intervals(t, jumps)
+    pairs = known[: rows - 1].reshape(-1, 2).all(axis=1)
+    work = _integral(t, rate, known)
+    coarse = _integral(t[:rows:2], rate[:rows:2], pairs)
+    uncertain = np.max(np.abs(coarse - _integral(t[:rows], rate[:rows], np.repeat(pairs, 2))[::2]))
     swing = np.ptp(energy["potential"]) + np.max(energy["kinetic"]) + np.max(np.abs(work))
     floor = 1e-9 * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
-    error = np.max(np.abs(energy["total"] - energy["total"][0] - work))
-    if swing <= floor or error <= 4.0 * np.max(np.abs(coarse - work[::2])):
+    change = np.append(0.0, np.cumsum(np.where(known, np.diff(energy["total"]), 0.0)))
+    error = np.max(np.abs(change - work))
+    if swing <= floor or error <= 4.0 * uncertain:
         return 0.0
     return float(error / swing)
 
 
-def _integral(t: Array, rate: Array) -> Array:
-    """Return the integral of a rate from the first time on, by the trapezoidal rule."""
-    pieces: Array = np.append(0.0, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]))
+def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
+    """Return for each interval between rows whether no jump lies in it, ends included."""
+    near = 1e-9 * (np.abs(t).max() + 1.0)
+    first, last = np.searchsorted(np.sort(np.asarray(jumps, float)), [t[:-1] - near, t[1:] + near])
+    return np.asarray(first == last)
+
+
+def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
+    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are known."""
+    pieces: Array = np.append(0.0, np.where(known, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]), 0.0))
     total: Array = np.cumsum(pieces)
     return total
 

@@ -178,7 +178,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     t, q, v, a, multipliers, z = _split(trajectory.rows, model)
     outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
-    if success and (doubt := doubts(statistics, t, energy, run.settings["step"])):
+    jumps = model.discontinuity_times(float(t[0]), float(t[-1]), order=0) if len(t) else ()
+    if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps)):
         message = f"{message}; {doubt}"
     warnings = warnings_of(run.method, bool(model.multipliers))
     message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]

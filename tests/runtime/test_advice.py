@@ -53,6 +53,12 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     sparse = {name: values[::150] for name, values in energies(0.0).items()}
     assert energy_error(t[::150], sparse) == 0.0  # the work between rows so far apart is not known
     assert "out of balance by 42.9 %" in doubts({}, t, energies(0.1), 1e-2)
+    pulse = (t > 0.5021) & (t < 0.5073)  # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
+    speed = 0.52 * (t >= 0.5073)
+    kicked = dict.fromkeys(energies(0.0), 0.0 * t) | {"kinetic": 0.5 * speed**2, "total": 0.5 * speed**2}
+    kicked["power"] = 100.0 * pulse * speed
+    assert energy_error(t, kicked) > 0.9
+    assert energy_error(t, kicked, [0.5021, 0.5073]) == 0.0
     rest = {name: np.full(1001, 5.0 if name in ("potential", "total") else 0.0) for name in energies(0.0)}
     rest["total"] = rest["total"] + 1e-13 * np.arange(1001)
     assert energy_error(t, rest) == 0.0
