@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -142,7 +142,7 @@ def energy_error(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = ()) -
     rate = energy["power"] + energy["base_power"]
     rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
     known = _smooth_intervals(t, jumps)
-    pairs = known[: rows - 1].reshape(-1, 2).all(axis=1)
+    pairs = np.logical_and(known[: rows - 1 : 2], known[1 : rows - 1 : 2])
     work = _integral(t, rate, known)
     coarse = _integral(t[:rows:2], rate[:rows:2], pairs)
     uncertain = np.max(np.abs(coarse - _integral(t[:rows], rate[:rows], np.repeat(pairs, 2))[::2]))
