@@ -173,8 +173,11 @@ def compile_library(
     deadline = time.monotonic() + timeout
     running = _Running()
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool, running.stopped_on_failure():
-        done = list(pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), sources))
-    link = [*compiler.command, *_link_flags(), *(str(made) for made, _ in done), *map(str, objects), "-o", str(output), "-lm"]
+        longest_first = sorted(sources, key=lambda source: -source.stat().st_size)  # so that none is left alone at the end
+        made = pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), longest_first)
+        result = dict(zip(longest_first, made, strict=True))
+        done = [result[source] for source in sources]
+    link = [*compiler.command, *_link_flags(), *(str(item) for item, _ in done), *map(str, objects), "-o", str(output), "-lm"]
     _run(link, output, deadline)
     return [*(command for _, command in done), shlex.join(link)]
 
