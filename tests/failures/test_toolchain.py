@@ -92,6 +92,14 @@ def test_a_folder_that_was_cut_short_can_be_written_again(tmp_path: Path) -> Non
     assert (tmp_path / "out" / "a.c").read_text() == "int b;\n"
 
 
+#: Runs Python anew with interrupts heard: a shell lets the children of jobs in the background ignore them.
+_HEARING = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+"""
+
+
 def _interrupted(process: subprocess.Popen[str]) -> str:
     """Send Ctrl-C to Python alone (a terminal would tell the compiler too) and return what it says, long before the compiler
     would end.
@@ -118,7 +126,7 @@ def test_an_interrupt_does_not_wait_for_the_compiler(tmp_path: Path) -> None:
     scene.write_text(PENDULUM_TOML)
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "CC": str(slow), "EOMGEN_CACHE": str(tmp_path / "cache")}
     environment["PYTHONFAULTHANDLER"] = "1"
-    command = [sys.executable, "-m", "eomgen", "simulate", str(scene), "--out", str(tmp_path / "out")]
+    command = [sys.executable, "-c", _HEARING, "-m", "eomgen", "simulate", str(scene), "--out", str(tmp_path / "out")]
     with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as process:
         deadline = time.monotonic() + 60
         while not started.exists() and time.monotonic() < deadline:
