@@ -83,6 +83,9 @@ def test_fronts_solve_what_numpy_solves(
 ) -> None:
     entries, stages = tree_matrix(parents, rng, coupled)
     size = SIZE * len(parents)
+    if sided is not None:  # the tips, which come first, get the right sides; what they hand on reaches rows without any
+        entries = {(size - 1 - row, size - 1 - column): value for (row, column), value in entries.items()}
+        stages = [tuple([size - 1 - k for k in part] for part in stage) for stage in stages]
     elimination = eliminate(size, entries, stages)
     fronts = make_fronts(elimination, list(entries), sided)
     A = np.zeros((size, size))

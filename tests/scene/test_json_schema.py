@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 from eomgen.scene.schema import Document, json_schema
 from eomgen.scene.schema_key import fields_of, tables_of
 from tests.scene.test_scene_files import FREE, PENDULUM
-
-jsonschema = pytest.importorskip("jsonschema", reason="in the extra `test`, which an older environment may not have")
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = json.loads(json_schema())
