@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from eomgen.scene.beam import Beam
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
 from eomgen.scene.force_elements import Bushing, Friction, Stop, Tyre
@@ -134,12 +135,16 @@ class Base:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries."""
+    """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
+
+    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is rigid.
+    """
 
     name: str
     mass: Formula
     center_of_mass: Vector
     inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+    beam: Beam | None = None
 
 
 @dataclass(frozen=True)
