@@ -23,6 +23,7 @@ from eomgen.mechanics.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
+from eomgen.mechanics.linearization import acceleration_partials, linearization, output_partials
 from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
@@ -235,6 +236,15 @@ class Derivation:
             with self.tape.block(f"output {output.name}"):
                 values += [self.quantities.formula(formula) for formula in output.values]
         return [self.block("y", (len(values),), values, "named outputs, in order")]
+
+    def linearization(self) -> list[Block]:
+        return linearization(self)
+
+    def output_partials(self) -> list[Block]:
+        return output_partials(self)
+
+    def acceleration_partials(self) -> list[Block]:
+        return acceleration_partials(self)
 
     # -- what implicit steppers evaluate: everything at once, nonzeros only -------------------------------------------
 

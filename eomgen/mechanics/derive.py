@@ -46,6 +46,18 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "accelerations": (("p", "q", "v", "a", "base"), "inertial accelerations of every body in body axes, angular first"),
     "jacobians": (("p", "q"), "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
     "outputs": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "the scene's named outputs"),
+    "linearization": (
+        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
+        "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
+    ),
+    "acceleration_partials": (
+        ("p", "t", "q", "v", "a", "base"),
+        "partials of the constraints' accelerations in q (left-trivialised) and v",
+    ),
+    "output_partials": (
+        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
+        "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances",
+    ),
     "energy": (
         ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
         "kinetic and potential energy, non-conservative power, power of base and drivers",
@@ -56,7 +68,7 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
 OF_CONSTRAINTS = frozenset(
     {
         "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials",
-        "jacobian_values",
+        "jacobian_values", "acceleration_partials",
     }
 )  # fmt: skip
 
@@ -64,7 +76,10 @@ OF_CONSTRAINTS = frozenset(
 OF_STATES = frozenset({"internal_rate", "internal_partials"})
 
 #: Terms that are recorded only when they are asked for by name.
-ON_REQUEST = frozenset({"accelerations", "jacobians"})
+ON_REQUEST = frozenset({"accelerations", "jacobians", "linearization", "acceleration_partials", "output_partials"})
+
+#: Terms that may do without accelerations and multipliers.
+OF_MOTION = frozenset({"energy", "outputs", "output_partials"})
 
 #: Terms of large trees that are recorded only when they are asked for by name: whole matrices, which no stepper of theirs needs.
 QUADRATIC = frozenset({"mass", "partials"})
@@ -115,7 +130,7 @@ def _present(derivation: Derivation, name: str) -> bool:
             return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
         case "base_motion":
             return derivation.base.moving
-        case "outputs":
+        case "outputs" | "output_partials":
             return bool(derivation.scene.outputs)
         case "forward_dynamics":
             return derivation.constraints is None
@@ -202,8 +217,8 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),
         "t": not timed, "z": not scene.states, "u": not scene.inputs, "base": scene.base is None,
-        "lam": derivation.constraints is None or (function.name in ("energy", "outputs") and "lam" not in used),
-        "a": function.name in ("energy", "outputs") and "a" not in used,
+        "lam": derivation.constraints is None or (function.name in OF_MOTION and "lam" not in used),
+        "a": function.name in OF_MOTION and "a" not in used,
     }  # fmt: skip
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)

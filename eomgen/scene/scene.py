@@ -47,6 +47,9 @@ TERMS = (
     "accelerations",
     "jacobians",
     "outputs",
+    "linearization",
+    "acceleration_partials",
+    "output_partials",
     "energy",
 )
 JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
