@@ -26,6 +26,7 @@ DOORS: dict[str, set[str]] = {
     "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
     "codegen": {"errors", "resources", "system", "symbolic", "lie", "integrators"},
     "build": {"errors"},
+    "control": {"errors"},
     "resources": {"errors"},
     "runtime": {"errors", "resources", "build", "codegen.layout", "integrators", "lie", "scene"},
 }

@@ -1,0 +1,1 @@
+"""Feedback for second-order models M q'' + C q' + K q = B u, from matrices alone: NumPy and SciPy, nothing of scenes."""

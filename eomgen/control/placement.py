@@ -1,0 +1,76 @@
+"""Poles put where they are wanted, by feedback of positions and velocities (SciPy's robust placement, in scaled units)."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import place_poles
+
+from eomgen.control.plant import Array, Complex, Plant, first_order
+from eomgen.control.stabilisability import check_controllable
+from eomgen.errors import NumericalError, UsageError
+
+_REACHED = 1e-6
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
+
+    G_p: Array
+    G_v: Array
+    eigenvalues: Complex
+
+
+def place(plant: Plant, poles: Sequence[complex]) -> Placement:
+    """Return gains for which the closed loop has the given eigenvalues.
+
+    Parameters
+    ----------
+    poles : 2n eigenvalues, 1/s; those that are not real in conjugate pairs; none more often than there are actuators.
+
+    Raises
+    ------
+    UsageError
+        Poles of another number, without their conjugates, too often the same, or not finite.
+    ModelError
+        A mode that no actuator moves.
+    NumericalError
+        Poles that are not reached to 1e-6.
+    """
+    wanted = np.asarray(poles, dtype=complex)
+    n, rate = plant.n, plant.scales.rate
+    if wanted.shape != (2 * n,):
+        raise UsageError(f"{wanted.size} poles are given, and {n} degrees of freedom have {2 * n}", f"{2 * n} poles")
+    if not np.all(np.isfinite(wanted)):
+        raise UsageError("a pole is not finite", "finite numbers")
+    left = list(map(complex, wanted))
+    for pole in map(complex, wanted):
+        if pole.imag and pole.conjugate() not in left:
+            what = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(what, f"{pole.real:g}{-pole.imag:+g}i too")
+        if pole.imag:
+            left.remove(pole.conjugate())
+    for pole in dict.fromkeys(map(complex, wanted)):
+        count = int(np.sum(wanted == pole))
+        if count > plant.m:
+            what = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
+            raise UsageError(f"{what}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
+    check_controllable(plant)
+    k, c, b = plant.scaled
+    A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: what was reached is checked below
+            gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+    G = gain @ plant.scales.state
+    reached = plant.eigenvalues(G[:, :n], G[:, n:])
+    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
+    if not missed <= _REACHED:
+        raise NumericalError(f"the poles are reached to {missed:.1e} of their size only", "poles nearer to those of the model")
+    return Placement(G[:, :n], G[:, n:], reached)

@@ -1,0 +1,106 @@
+"""Which modes no actuator moves, and which no weight sees: the test of Popov, Belevitch and Hautus in second-order form.
+
+A mode with eigenvalue s is out of reach where [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold, Controllability and
+observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic Control 29, 1984).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.control.plant import Array, Complex, Plant, first_order
+from eomgen.errors import ModelError
+
+#: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is known
+#: to half of the digits only.
+_ON_AXIS = 1e-7
+#: A singular value below this share of the largest is none.
+_RANK = 1e-9
+
+
+def check_stabilisable(plant: Plant) -> None:
+    """Raise ModelError where a mode that does not decay by itself is out of the actuators' reach."""
+    for value, shape, reach in _reached(plant):
+        if reach < _RANK and value.real > -_ON_AXIS * plant.scales.rate:
+            what = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
+            raise ModelError(what, "an actuator that works on it, or a spring and a damper that hold it")
+
+
+def check_controllable(plant: Plant) -> None:
+    """Raise ModelError where a mode is out of the actuators' reach, whether it decays or not."""
+    for value, shape, reach in _reached(plant):
+        if reach < _RANK:
+            what = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
+            raise ModelError(what, "an actuator that works on it, or a method that leaves it as it is (lqr)")
+
+
+def check_detectable(plant: Plant, A: Array, root: Array) -> None:
+    """Raise ModelError where a mode on the imaginary axis costs nothing: optimal control would leave it there.
+
+    Parameters
+    ----------
+    A : (2n, 2n) state matrix in the units of ``plant.scales``, cross terms of the cost taken off.
+    root : (r, 2n) with root^T root the weight of the state in these units.
+    """
+    n = plant.n
+    norm = float(np.linalg.norm(root, 2)) if root.size else 0.0
+    unit = root / norm if norm > 0.0 else np.zeros((1, 2 * n))
+    for value in _distinct(np.linalg.eigvals(A)):
+        if abs(value.real) > _ON_AXIS:
+            continue
+        at = 1j * value.imag
+        stacked = np.vstack([at * np.eye(2 * n) - A, unit])
+        _, singular, right = np.linalg.svd(stacked)
+        if singular[-1] < math.sqrt(_RANK):
+            shape = right[-1].conj()[:n]
+            shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
+            physical = plant.scales.state_back[:n, :n] @ shape
+            what = f"{described(plant, plant.scales.rate * at, physical)} costs nothing"
+            what = f"{what}, so optimal control would leave it as it is"
+            raise ModelError(what, "a weight on a coordinate or a velocity that it moves")
+
+
+def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
+    """Yield each eigenvalue in 1/s, the shape of its mode, and how far actuators reach it: 0 is not at all."""
+    k, c, b = plant.scaled
+    norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
+    unit = b / norm if norm > 0.0 else np.zeros((plant.n, 1))
+    back = plant.scales.state_back[: plant.n, : plant.n]
+    for value in _distinct(np.linalg.eigvals(first_order(k, c))):
+        dynamic = value**2 * np.eye(plant.n) + value * c + k
+        reach = float(np.linalg.svd(np.hstack([dynamic, unit]), compute_uv=False)[-1])
+        left = np.linalg.svd(np.hstack([dynamic, unit]))[0][:, -1]
+        yield plant.scales.rate * value, back @ left.conj(), reach / max(1.0, abs(value) ** 2)
+
+
+def _distinct(values: ArrayLike) -> list[complex]:
+    """Return eigenvalues with one of each pair, and one of those that are the same."""
+    found: list[complex] = []
+    for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
+        near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
+        if value.imag >= -near and all(abs(value - other) > near for other in found):
+            found.append(value)
+    return found
+
+
+def described(plant: Plant, value: complex, shape: Complex) -> str:
+    """Return a mode in words: its frequency, whether it grows, and the coordinates that move most in it."""
+    axis = _ON_AXIS * plant.scales.rate
+    size = np.abs(shape) * np.sqrt(np.diag(plant.M))
+    order = np.argsort(-size)[:2]
+    movers = [plant.names[k] for k in order if size[k] > 0.3 * size[order[0]]] if size.max() > 0.0 else []
+    where = f" of {' and '.join(movers)}" if movers else ""
+    if abs(value) <= axis:
+        return f"the mode{where} at 0 Hz, which nothing holds,"
+    if abs(value.imag) <= axis:
+        trend = "grows" if value.real > 0.0 else "decays"
+        return f"the mode{where} that {trend} at {abs(value.real):.4g} 1/s without oscillating"
+    frequency = abs(value.imag) / (2.0 * math.pi)
+    if value.real > axis:
+        return f"the mode{where} at {frequency:.4g} Hz, which grows at {value.real:.4g} 1/s,"
+    damping = f"decays at {-value.real:.4g} 1/s" if value.real < -axis else "is not damped"
+    return f"the mode{where} at {frequency:.4g} Hz, which {damping},"

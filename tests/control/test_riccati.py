@@ -1,0 +1,230 @@
+"""The regulator in second-order form: its block equations, 40-digit arithmetic, published gains, and plants it refuses."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from eomgen.control.plant import Array, Plant
+from eomgen.control.riccati import lqr
+from eomgen.control.weights import Weights
+from eomgen.errors import ModelError, UsageError
+from tests.control.plants import RELATIVE, quarter_car, random_plant
+
+
+def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -> list[float]:
+    """Return the residuals of the block equations in the plant's own units, with K, C and weights that hold the cross terms.
+
+    In 30 digits: in doubles the inverse of a mass matrix alone costs more than what is tested.
+    """
+    n = plant.n
+    with mpmath.workdps(30):
+        M, C, K, B, P11, P12, P22, Q, R, S = (  # type: ignore[assignment]  # from here on matrices of mpmath
+            mpmath.matrix(matrix.tolist())
+            for matrix in (plant.M, plant.C, plant.K, plant.B, P11, P12, P22, weights.state, weights.effort, weights.cross)
+        )
+        R, M = mpmath.inverse(R), mpmath.inverse(M)
+        k, c = M * (K + B * R * S[:n, :].T), M * (C + B * R * S[n:, :].T)
+        Q = Q - S * R * S.T
+        reach = M * B * R * B.T * M.T
+        equations = (
+            (-P12 * k, -k.T * P12.T, -P12 * reach * P12.T, Q[:n, :n]),
+            (P12, P12.T, -P22 * c, -c.T * P22, -P22 * reach * P22, Q[n:, n:]),
+            (P11, -P12 * c, -k.T * P22, -P12 * reach * P22, Q[:n, n:]),
+        )
+        return [
+            float(mpmath.norm(sum(terms[1:], terms[0])) / sum(mpmath.norm(term) for term in terms)) for terms in equations
+        ]
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (2, 1), (4, 2), (6, 6), (12, 3)])
+def test_the_block_equations_hold(n: int, m: int, symmetric: bool, rng: np.random.Generator) -> None:
+    plant = random_plant(rng, n, m, symmetric=symmetric)
+    weights = Weights.of(plant, 10.0 ** rng.uniform(0, 4, n), 10.0 ** rng.uniform(-1, 2, n), 10.0 ** rng.uniform(-4, -1, m))
+    found = lqr(plant, weights)
+    assert max(blocks(plant, weights, found.P11, found.P12, found.P22)) <= 1e-10
+    assert found.residual <= 1e-10
+    assert found.eigenvalues.real.max() < 0.0
+    R_inverse, M_inverse = np.linalg.inv(weights.effort), np.linalg.inv(plant.M)
+    np.testing.assert_allclose(found.G_p, R_inverse @ plant.B.T @ M_inverse.T @ found.P12.T, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found.G_v, R_inverse @ plant.B.T @ M_inverse.T @ found.P22, rtol=1e-9, atol=1e-9)
+
+
+def test_gains_are_those_of_40_digit_arithmetic(rng: np.random.Generator) -> None:
+    """The stable subspace of the Hamiltonian matrix, by mpmath: nothing of SciPy, nothing of blocks."""
+    plant = random_plant(rng, 3, 2, symmetric=False)
+    weights = Weights.of(plant, [1e3, 1e2, 1.0], 3.0, [1e-2, 1e-3]).plus_output(
+        rng.normal(size=(2, 6)), 0.1 * rng.normal(size=(2, 2)), [5.0, 7.0]
+    )
+    with mpmath.workdps(40):
+        n = plant.n
+        M = mpmath.matrix(plant.M.tolist())
+        A, B = mpmath.zeros(2 * n), mpmath.zeros(2 * n, plant.m)
+        for k in range(n):
+            A[k, n + k] = mpmath.mpf(1)
+        A[n:, :n] = -mpmath.inverse(M) * mpmath.matrix(plant.K.tolist())
+        A[n:, n:] = -mpmath.inverse(M) * mpmath.matrix(plant.C.tolist())
+        B[n:, :] = mpmath.inverse(M) * mpmath.matrix(plant.B.tolist())
+        Q, R, S = (mpmath.matrix(w.tolist()) for w in (weights.state, weights.effort, weights.cross))
+        R_inverse = mpmath.inverse(R)
+        F, W = A - B * R_inverse * S.T, Q - S * R_inverse * S.T
+        H = mpmath.zeros(4 * n)
+        H[: 2 * n, : 2 * n], H[: 2 * n, 2 * n :] = F, -B * R_inverse * B.T
+        H[2 * n :, : 2 * n], H[2 * n :, 2 * n :] = -W, -F.T
+        values, vectors = mpmath.eig(H)
+        stable = [k for k in range(4 * n) if mpmath.re(values[k]) < 0]
+        assert len(stable) == 2 * n
+        X = mpmath.matrix(4 * n, 2 * n)
+        for column, k in enumerate(stable):
+            X[:, column] = vectors[:, k]
+        P = X[2 * n :, :] * mpmath.inverse(X[: 2 * n, :])
+        G = R_inverse * (B.T * P + S.T)
+        expected = np.array([[float(mpmath.re(G[i, j])) for j in range(2 * n)] for i in range(plant.m)])
+    found = lqr(plant, weights)
+    np.testing.assert_allclose(np.hstack([found.G_p, found.G_v]), expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    ("travel", "tyre", "gains"),
+    [
+        (1e3, 1e4, ("-8410.5336", "911.99654", "2779.8603", "609.38533")),
+        (1e2, 1e5, ("-13600", "156.36312", "-19350.159", "-111.26320")),
+    ],
+)
+def test_published_gains_of_the_quarter_car(travel: float, tyre: float, gains: tuple[str, ...]) -> None:
+    """J = int z_s''^2 + r1 (z_s - z_u)^2 + r2 (z_u - z_r)^2: the body's acceleration makes cross terms and weighs efforts."""
+    plant = quarter_car()
+    A, B = plant.state_space()
+    weights = Weights.of(plant).plus_output(A[2], B[2], 1.0)
+    weights = weights.plus_output([[1, -1, 0, 0], [0, 1, 0, 0]], np.zeros((2, 1)), [travel, tyre])
+    found = lqr(plant, weights)
+    printed = np.hstack([found.G_p, found.G_v])[0] @ np.linalg.inv(RELATIVE)
+    for value, digits in zip(printed, gains, strict=True):
+        assert abs(value - float(digits)) <= 0.5 * 10.0 ** -len(digits.partition(".")[2]), (value, digits)
+    assert max(blocks(plant, weights, found.P11, found.P12, found.P22)) <= 1e-10
+
+
+def test_the_cost_is_what_a_motion_costs(rng: np.random.Generator) -> None:
+    """x^T P x against the cost of the closed loop added up along its exact motion."""
+    plant = random_plant(rng, 2, 1)
+    weights = Weights.of(plant, 10.0, 1.0, 0.01)
+    found = lqr(plant, weights)
+    A, _ = plant.state_space(found.G_p, found.G_v)
+    G = np.hstack([found.G_p, found.G_v])
+    rate = weights.state + G.T @ weights.effort @ G
+    x0 = rng.normal(size=4)
+    values, vectors = np.linalg.eig(A)
+    start = np.linalg.solve(vectors, x0)
+    pairs = -1.0 / np.add.outer(values, values)  # int exp((a + b) t) dt
+    cost = np.real(start @ ((vectors.T @ rate @ vectors) * pairs) @ start)
+    P = np.block([[found.P11, found.P12], [found.P12.T, found.P22]])
+    assert cost == pytest.approx(x0 @ P @ x0, rel=1e-9)
+
+
+def test_units_do_not_matter(rng: np.random.Generator) -> None:
+    """The same plant in millimetres and milliseconds has the same gains in its units."""
+    plant = random_plant(rng, 3, 2)
+    weights = Weights.of(plant, 100.0, 1.0, 1e-3)
+    length, time = 1e3, 1e3
+    other = Plant(plant.M * time**2 / length, plant.C * time / length, plant.K / length, plant.B)
+    scaled = Weights.of(other, 100.0 / length**2, (time / length) ** 2, 1e-3)
+    found, same = lqr(plant, weights), lqr(other, scaled)
+    np.testing.assert_allclose(same.G_p * length, found.G_p, rtol=1e-9, atol=1e-9 * np.abs(found.G_p).max())
+    np.testing.assert_allclose(same.G_v * length / time, found.G_v, rtol=1e-9, atol=1e-9 * np.abs(found.G_v).max())
+
+
+def test_an_unstable_equilibrium_is_held() -> None:
+    """An upright pendulum without weights: the cheapest gains mirror its poles in the imaginary axis."""
+    plant = Plant([[2.0]], [[0.0]], [[-18.0]], [[1.0]])
+    found = lqr(plant, Weights.of(plant, effort=1.0))
+    np.testing.assert_allclose(sorted(found.eigenvalues.real), [-3.0, -3.0], rtol=1e-6)
+    assert found.G_p == pytest.approx(36.0) and found.G_v == pytest.approx(12.0)
+
+
+def test_a_plant_at_rest_without_weights_is_left_alone() -> None:
+    plant = quarter_car()
+    found = lqr(plant, Weights.of(plant, effort=1.0))
+    assert np.abs(found.G_p).max() == pytest.approx(0.0, abs=1e-9) and np.abs(found.G_v).max() == pytest.approx(0.0, abs=1e-9)
+
+
+def pendulums(reach: float, stiffness: float) -> Plant:
+    return Plant(np.eye(2), np.zeros((2, 2)), np.diag([40.0, stiffness]), [[1.0], [reach]], ["lower", "upper"])
+
+
+@pytest.mark.parametrize(
+    ("plant", "message"),
+    [
+        (
+            pendulums(0.0, -9.0),
+            "the mode of upper that grows at 3 1/s without oscillating cannot be stabilised: no actuator moves it",
+        ),
+        (pendulums(0.0, 0.0), "the mode of upper at 0 Hz, which nothing holds, cannot be stabilised: no actuator moves it"),
+        (
+            pendulums(0.0, (4 * np.pi) ** 2),
+            "the mode of upper at 2 Hz, which is not damped, cannot be stabilised: no actuator moves it",
+        ),
+        (
+            Plant(np.eye(2), np.diag([1.0, -0.5]), np.diag([40.0, (4 * np.pi) ** 2 + 0.0625]), [[1.0], [0.0]]),
+            "the mode of coordinate 2 at 2 Hz, which grows at 0.25 1/s, cannot be stabilised: no actuator moves it",
+        ),
+    ],
+)
+def test_what_cannot_be_stabilised_is_named(plant: Plant, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        lqr(plant, Weights.of(plant, 1.0, 1.0, 1.0))
+    assert caught.value.problems[0].what == message
+    assert caught.value.problems[0].hint == "an actuator that works on it, or a spring and a damper that hold it"
+
+
+def test_a_decaying_mode_out_of_reach_is_left_as_it_is() -> None:
+    plant = Plant(np.eye(2), np.diag([0.0, 0.2]), np.diag([40.0, 90.0]), [[1.0], [0.0]])
+    found = lqr(plant, Weights.of(plant, 1.0, 1.0, 1.0))
+    assert np.abs(found.G_p[:, 1]).max() < 1e-12
+    assert np.min(np.abs(found.eigenvalues - (-0.1 + 1j * np.sqrt(90.0 - 0.01)))) < 1e-9
+
+
+def test_a_mode_that_costs_nothing_is_named() -> None:
+    plant = Plant(np.eye(2), np.diag([1.0, 0.0]), np.diag([40.0, 0.0]), np.eye(2), ["held", "free"])
+    with pytest.raises(ModelError) as caught:
+        lqr(plant, Weights.of(plant, [1.0, 0.0], [1.0, 0.0], 1.0))
+    what = "the mode of free at 0 Hz, which nothing holds, costs nothing, so optimal control would leave it as it is"
+    assert caught.value.problems[0].what == what
+    assert caught.value.problems[0].hint == "a weight on a coordinate or a velocity that it moves"
+    assert lqr(plant, Weights.of(plant, [0.0, 1.0], 0.0, 1.0)).eigenvalues.real.max() < 0.0
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ({"position": [1.0, -2.0]}, "the weight of the coordinates is negative in some direction (eigenvalue -2)"),
+        ({"velocity": [[1.0, 2.0], [0.0, 1.0]]}, "the weight of the velocities is not symmetric"),
+        ({"effort": [1.0, 2.0]}, "the weight of the efforts has the shape (2,)"),
+        ({"position": [1.0, np.nan]}, "the weight of the coordinates has an entry [1, 1] that is not finite"),
+    ],
+)
+def test_weights_that_are_none(weights: dict[str, list[float]], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        Weights.of(quarter_car(), **weights)
+    assert caught.value.problems[0].what == message
+
+
+def test_an_effort_has_to_cost_something() -> None:
+    plant = quarter_car()
+    with pytest.raises(UsageError, match="some effort costs nothing, so no gain is large enough"):
+        lqr(plant, Weights.of(plant, 1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("M", "message"),
+    [
+        ([[1.0, 0.5], [0.0, 1.0]], "the mass matrix M is not symmetric"),
+        ([[1.0, 0.0], [0.0, -1.0]], "the mass matrix M is not positive definite"),
+        ([[1.0, np.inf], [np.inf, 1.0]], "M has an entry [0, 1] that is not finite"),
+    ],
+)
+def test_masses_that_no_mechanism_has(M: list[list[float]], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        Plant(M, np.zeros((2, 2)), np.eye(2), [[1.0], [0.0]])
+    assert caught.value.problems[0].what == message
