@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     import sympy
 
 #: Input blocks in the order in which every function takes them.
-INPUT_BLOCKS = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
+INPUT_BLOCKS = (
+    "p", "t", "q", "v", "a", "j", "s", "a_higher", "z", "lam", "u", "u_dot", "u_ddot", "u_higher", "base", "base_rates",
+)  # fmt: skip
+
+#: Blocks with the first, the second, and row by row the higher time derivatives of a and u.
+RATE_BLOCKS = {"a": ("j", "s", "a_higher"), "u": ("u_dot", "u_ddot", "u_higher")}
 
 #: Fields of the base struct: name, number of components, meaning. Twists are in base axes, angular first.
 BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
@@ -40,6 +45,12 @@ _OBSERVED = frozenset({"energy", "outputs", "poses", "twists"})
 
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
+
+
+def base_place(field_name: str) -> int:
+    """Return where a field of the base struct begins."""
+    names = [name for name, _, _ in BASE_LAYOUT]
+    return sum(size for _, size, _ in BASE_LAYOUT[: names.index(field_name)])
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,8 @@ class System:
         Times beyond which curves have no value.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
+    order : int
+        Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it takes.
     """
 
     name: str
@@ -183,6 +196,7 @@ class System:
     notes: tuple[str, ...] = ()
     description: str = ""
     defaults: Mapping[str, Any] = field(default_factory=dict)
+    order: int = 0
 
     @property
     def nq(self) -> int:
@@ -199,6 +213,13 @@ class System:
     @property
     def nz(self) -> int:
         return len(self.states)
+
+    @property
+    def rate_sizes(self) -> dict[str, int]:
+        """Numbers in the blocks of derivatives beyond the second, and of the base's twist beyond the first."""
+        higher = max(self.order - 2, 0)
+        base = 6 * self.order if self.facts.moving_base else 0
+        return {"a_higher": higher * self.nv, "u_higher": higher * self.nu, "base_rates": base}
 
     @property
     def initial_z(self) -> tuple[float, ...]:

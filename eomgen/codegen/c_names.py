@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 
-_POINTERS = {"q": "NQ", "v": "NV", "a": "NV", "z": "NZ", "lam": "NLAM", "u": "NU"}
+_POINTERS = {
+    "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",
+    "u_dot": "NU", "u_ddot": "NU", "u_higher": "NU_HIGHER", "base_rates": "NBASE_RATES",
+}  # fmt: skip
+_DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 
 
 class CNames:
@@ -114,6 +118,18 @@ class CNames:
         if function.name == "base":
             return ", ".join([*texts, "&base"])
         return ", ".join([*texts, *(target or f"{function.name}_{output.name}" for output in function.outputs)])
+
+    def derivative_blocks(self) -> list[str]:
+        """Return the blocks of time derivatives that functions take or drivers fill, in the order of arguments."""
+        filled = {output.name for function in self.program.functions for output in function.outputs}
+        taken = {block for function in self.program.functions for block in function.inputs}
+        return [block for block in _DERIVATIVES if block in taken | filled]
+
+    @staticmethod
+    def driver_arguments(function: ProgramFunction) -> str:
+        """Return the arguments of a call of a driver that fills input blocks."""
+        inputs = [f"&{block}" if block == "p" else block for block in function.inputs]
+        return ", ".join([*inputs, *(output.name for output in function.outputs)])
 
     @staticmethod
     def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:

@@ -67,6 +67,7 @@ def to_program(
             "holonomic": system.holonomic,
             "bodies": len(system.bodies),
             "base": BASE_SIZE,
+            **{block: size for block, size in system.rate_sizes.items() if size},
         },
         factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
         parameters=_named(system.parameters, "p_"),

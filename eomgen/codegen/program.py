@@ -146,7 +146,7 @@ class Program:
     prefix : str
         Of every exported symbol; a legal identifier.
     sizes : mapping
-        ``q, v, z, u, p, lam, bodies`` and ``base``.
+        ``q, v, z, u, p, lam, bodies``, ``base``, and of the blocks of derivatives that functions ask for.
     factors : tuple of mappings
         group, name, q_start, q_size, v_start, v_size.
     base_fields : tuple of (name, size, meaning)
@@ -202,7 +202,9 @@ class Program:
 
     def input_size(self, block: str) -> int:
         """Return the number of reals in an input block."""
-        return {"t": 1, "a": self.sizes["v"]}.get(block) or self.sizes[block]
+        if block == "t":
+            return 1
+        return self.sizes[{"a": "v", "j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}.get(block, block)]
 
     @property
     def has_base(self) -> bool:

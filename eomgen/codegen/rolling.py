@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.symbolic.tape import UNARY, Op, Ref, Tape
+from eomgen.system import INPUT_BLOCKS
 
 _ARITY = [2] * (max(Op) + 1)
 for _op in UNARY:
@@ -32,7 +33,7 @@ _WINDOW = 24
 _DISTANCES = 12
 
 #: Inputs that are arrays; members of structs are no places that a loop could count through.
-_ARRAYS = frozenset({"q", "v", "a", "lam", "z", "u"})
+_ARRAYS = frozenset(INPUT_BLOCKS) - {"p", "t", "base"}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
+from eomgen.mechanics.driver_rates import base_rates, input_rates
 from eomgen.mechanics.inputs import input_signal
+from eomgen.mechanics.rate_terms import RATE_TERMS, rate_blocks
 from eomgen.mechanics.start import absolute_start, joint_start
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.scene.scene import Scene
@@ -62,6 +64,7 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
         ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
         "kinetic and potential energy, non-conservative power, power of base and drivers",
     ),
+    **{name: (term.blocks, term.description) for name, term in RATE_TERMS.items()},
 }
 
 #: Terms that exist only where something is constrained.
@@ -76,7 +79,11 @@ OF_CONSTRAINTS = frozenset(
 OF_STATES = frozenset({"internal_rate", "internal_partials"})
 
 #: Terms that are recorded only when they are asked for by name.
-ON_REQUEST = frozenset({"accelerations", "jacobians", "linearization", "acceleration_partials", "output_partials"})
+ON_REQUEST = frozenset(
+    {
+        "accelerations", "jacobians", "linearization", "acceleration_partials", "output_partials", *RATE_TERMS,
+    }
+)  # fmt: skip
 
 #: Terms that may do without accelerations and multipliers.
 OF_MOTION = frozenset({"energy", "outputs", "output_partials"})
@@ -128,7 +135,7 @@ def _present(derivation: Derivation, name: str) -> bool:
             return derivation.constraints is not None or bool(derivation.scene.states)
         case "iteration":
             return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
-        case "base_motion":
+        case "base_motion" | "base_motion_rates" | "base_motion_rates_1":
             return derivation.base.moving
         case "outputs" | "output_partials":
             return bool(derivation.scene.outputs)
@@ -145,9 +152,12 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     made: dict[str, Function] = {}
     for name in terms:
         inputs, description = TERMS[name]
-        made[name] = Function(name, description, inputs, tuple(getattr(derivation, name)()))
+        made[name] = Function(name, description, inputs, tuple(_blocks(derivation, name)))
     timed = any(InputSymbol("t", 0) in tape.depends_on(function.refs) for function in made.values())
-    functions = {name: _pruned(derivation, function, timed) for name, function in made.items()} | _drivers(derivation)
+    order = max((RATE_TERMS[name].order for name in terms if name in RATE_TERMS), default=0)
+    taken = {block for function in made.values() for block in function.inputs}
+    functions = {name: _pruned(derivation, function, timed) for name, function in made.items()}
+    functions |= _drivers(derivation, order, taken)
     facts = _facts(derivation)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
@@ -167,12 +177,19 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
         dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
         notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
-        description=scene.description, defaults=dict(vars(scene.simulation)),
+        description=scene.description, defaults=dict(vars(scene.simulation)), order=order,
     )  # fmt: skip
 
 
-def _drivers(derivation: Derivation) -> dict[str, Function]:
-    """Return the functions of time alone: motion of the base, and inputs that the scene gives."""
+def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
+    if name in RATE_TERMS:
+        return rate_blocks(derivation, RATE_TERMS[name])
+    found: Sequence[Block] = getattr(derivation, name)()
+    return found
+
+
+def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, Function]:
+    """Return the functions of time alone: motion of the base, inputs that the scene gives, and derivatives that are taken."""
     scene = derivation.scene
     tunable = any(parameter.tunable for parameter in scene.parameters)
     inputs = ("p", "t") if tunable else ("t",)
@@ -182,10 +199,17 @@ def _drivers(derivation: Derivation) -> dict[str, Function]:
         size = sum(count for _, count, _ in BASE_LAYOUT)
         block = derivation.block("base", (size,), law, "base struct")
         drivers["base"] = Function("base", "motion of the base at time t", inputs, (block,))
+        if "base_rates" in taken:
+            of_base = base_rates(derivation.tape, law, order)
+            what = "further derivatives of the base's twist at time t"
+            drivers["base_rates"] = Function("base_rates", what, inputs, (of_base,))
     if any(item.given for item in scene.inputs):
         values = [input_signal(derivation.quantities, item) for item in scene.inputs]
         block = derivation.block("u", (len(values),), values, "inputs")
         drivers["inputs"] = Function("inputs", "inputs given by the scene", inputs, (block,))
+        if "u_dot" in taken:
+            what = "time derivatives of the inputs given by the scene"
+            drivers["input_rates"] = Function("input_rates", what, inputs, input_rates(derivation.tape, values, order))
     return drivers
 
 
@@ -219,6 +243,7 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
         "t": not timed, "z": not scene.states, "u": not scene.inputs, "base": scene.base is None,
         "lam": derivation.constraints is None or (function.name in OF_MOTION and "lam" not in used),
         "a": function.name in OF_MOTION and "a" not in used,
+        "u_dot": not scene.inputs, "u_ddot": not scene.inputs, "u_higher": not scene.inputs, "base_rates": scene.base is None,
     }  # fmt: skip
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)

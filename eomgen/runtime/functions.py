@@ -13,6 +13,10 @@ from eomgen.errors import Problem, UsageError
 Array = NDArray[np.float64]
 
 
+#: Functions of time alone, which fill arguments of the others.
+DRIVERS = ("base", "inputs", "base_rates", "input_rates")
+
+
 class Functions:
     """The functions of a library by name.
 
@@ -42,7 +46,7 @@ class Functions:
     def inputs(self, name: str) -> list[str]:
         """Return the input blocks of a function. Raises UsageError when the model was built without it."""
         if name not in self._layouts:
-            there = ", ".join(name for name in self._layouts if name not in ("base", "inputs"))
+            there = ", ".join(name for name in self._layouts if name not in DRIVERS)
             what = f"the term {name} is not in this model, which was built with {there}"
             raise UsageError(Problem("", what, f'eomgen.build(scene, terms=[..., "{name}"])'))
         inputs: list[str] = self._layouts[name]["inputs"]

@@ -17,7 +17,10 @@ from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
+from eomgen.runtime.derivatives import check_derivatives
+from eomgen.runtime.functions import DRIVERS
 from eomgen.runtime.internal_states import InternalStates
+from eomgen.runtime.rates import Rates
 from eomgen.runtime.runs import Runs
 from eomgen.runtime.terms import Inputs, Parameters, States, Terms
 from eomgen.scene.scene import Scene
@@ -34,7 +37,7 @@ ENERGIES = ("kinetic", "potential", "power", "base_power")
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class Model(Bodies, InternalStates, Runs):
+class Model(Bodies, InternalStates, Rates, Runs):
     """A compiled scene.
 
     All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
@@ -121,7 +124,7 @@ class Model(Bodies, InternalStates, Runs):
     @property
     def terms(self) -> tuple[str, ...]:
         """What the model was built with."""
-        return tuple(name for name in self.functions.names if name not in ("base", "inputs"))
+        return tuple(name for name in self.functions.names if name not in DRIVERS)
 
     # -- separated terms -----------------------------------------------------------------------------------------------
 
@@ -201,10 +204,14 @@ class Model(Bodies, InternalStates, Runs):
     def evaluate(
         self, term: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, t: ArrayLike = 0.0,
         u: Inputs = None, *, z: States = None,
-        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None, **rates: ArrayLike,
     ) -> dict[str, Array]:  # fmt: skip
-        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses."""
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses.
+
+        ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+        """
+        check_derivatives(rates)
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
         values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
         return dict(zip(self.functions.output_names(term), values, strict=True))
 

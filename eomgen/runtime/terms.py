@@ -13,6 +13,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import by_name, check_finite, check_quaternions, components, numbers
 from eomgen.runtime.constrained import accelerations, blocks_of, solvable
 from eomgen.runtime.coordinates import Factor
+from eomgen.runtime.derivatives import DERIVATIVES, derivative_values
 from eomgen.runtime.functions import Functions
 
 Array = NDArray[np.float64]
@@ -81,7 +82,7 @@ class Terms:
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, z, multipliers and base where the term may depend on them
+        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives where the term may depend on them
             What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas,
             internal states at their initial values.
         """
@@ -121,6 +122,8 @@ class Terms:
                 values["lam"] = multipliers
         elif missing_a:
             values["a"] = self.functions("forward_dynamics", values)[0]
+        if not blocks.isdisjoint(DERIVATIVES):
+            values |= derivative_values(self, term, given, values)
         return self.functions(term, values)
 
     def accelerations(self, **given: Any) -> tuple[Array, Array]:

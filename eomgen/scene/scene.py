@@ -23,6 +23,9 @@ ONE: Formula = Number(1.0)
 ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)
 BASE = "base"
 WORLD = "world"
+#: Highest time derivative of inverse dynamics that can be asked for.
+HIGHEST_RATE = 8
+#: Names of all terms.
 TERMS = (
     "mass",
     "coupling",
@@ -51,6 +54,8 @@ TERMS = (
     "acceleration_partials",
     "output_partials",
     "energy",
+    *("rates" if order == 2 else f"rates_{order}" for order in range(1, HIGHEST_RATE + 1)),
+    *(f"{block}_rates{suffix}" for block in ("mass", "coupling", "force", "base_motion") for suffix in ("_1", "")),
 )
 JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
 #: A formula of parameters where a joint has one coordinate, one formula for each where it has several.

@@ -81,10 +81,22 @@ def panda() -> Scene:
     return serial_arm("panda", PANDA_GEOMETRY, bodies, (0.0, 0.0, -9.80665))
 
 
+def panda_of_origin_tensors() -> Scene:
+    """Return the Panda with the tensors of the data read about the origins of the links' frames: not physical, but published."""
+    bodies = []
+    for k, (mass, center, tensor) in enumerate(PANDA_BODIES):
+        x, y, z = center
+        steiner = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+        moved = tuple(entry - mass * part for entry, part in zip(tensor, steiner, strict=True))
+        bodies.append(rigid_body(f"link{k + 1}", mass, center, moved))
+    return serial_arm("panda_of_origin_tensors", PANDA_GEOMETRY, bodies, (0.0, 0.0, -9.80665))
+
+
 def panda_state(t: float) -> dict[str, Array]:
-    """Return the published test trajectory, cosines in every joint."""
+    """Return the published test trajectory, cosines in every joint, with derivatives of the accelerations."""
     a, w = np.array(PANDA_AMPLITUDES), np.array(PANDA_FREQUENCIES)
-    return {"q": a * np.cos(w * t), "v": -a * w * np.sin(w * t), "a": -a * w**2 * np.cos(w * t)}
+    cosine, sine = a * np.cos(w * t), a * np.sin(w * t)
+    return {"q": cosine, "v": -w * sine, "a": -(w**2) * cosine, "j": w**3 * sine, "s": w**4 * cosine}
 
 
 def puma() -> Scene:

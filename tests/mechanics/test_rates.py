@@ -1,0 +1,86 @@
+"""Time derivatives of inverse dynamics and of the separated blocks along motions, against complex steps and printed digits."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.scene import Scene
+from tests.mechanics.test_internal_states import scene as drone
+from tests.oracles import robots
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.motions import along_motion, random_motions
+from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
+
+TERMS = [
+    "inverse_dynamics", "mass", "coupling", "force", "base_motion", "rates", "rates_1", "rates_4", "mass_rates",
+    "coupling_rates", "force_rates", "base_motion_rates", "internal_rate",
+]  # fmt: skip
+
+PANDA_RATES = {
+    ("centre of mass", 1.0): (
+        (3.780598310243, 36.80468181363, -8.418587841962, -9.672100913986, -1.310497838996, 1.575781394459, 0.001708005214512),
+        (-16.05295063809, 82.39382039509, -0.8753839713758, -37.3137228401, -4.454685484365, -4.865959092932, 0.1194247863216),
+        (-189.4043656084, -180.8117736674, 196.7450154361, -72.0367637562, 22.90913154622, -42.77339274627, 2.083854977088),
+    ),
+    ("centre of mass", 2.5): (
+        (4.550037710675, -31.12910696705, 2.41346536709, 14.56063566405, -0.3863529012996, -0.217431385905, 0.0343842387841),
+        (4.332143978719, 146.9680626816, 37.18509871069, -25.95710932889, 6.321305978972, -6.381726737966, -0.06988653893141),
+        (-441.8219956376, 576.387566532, 91.48028769761, -194.4975636406, 2.574543777901, 2.129660911074, -2.287515331452),
+    ),
+    ("frame origin", 1.0): (
+        (3.582881690252, 36.50057893104, -8.45523955437, -9.61178384657, -1.306334762695, 1.563660184138, 0.007364582303892),
+        (-16.2237978331, 80.57235436733, -1.029313159933, -35.839799447, -4.178385273688, -4.507319908582, 0.1136968664273),
+        (-182.4033425208, -182.5799638904, 193.4830024157, -67.1574011585, 24.54083648496, -40.10940132449, 1.728788736805),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("convention", "t"), PANDA_RATES)
+def test_printed_digits_of_the_panda(convention: str, t: float) -> None:
+    """Thirteen digits of three other routes; the tensors of the data read about the centre of mass or the frame's origin."""
+    scene = robots.panda() if convention == "centre of mass" else robots.panda_of_origin_tensors()
+    found = tape_evaluator(derive(scene, ["rates"]))("rates", robots.panda_state(t))
+    for name, digits in zip(("tau", "tau_dot", "tau_ddot"), PANDA_RATES[convention, t], strict=True):
+        assert relative_error(found[name], np.array(digits)) <= 1e-12, name
+
+
+def scenes() -> dict[str, Scene]:
+    made = {f"random {seed}": random_scene(seed, 5) for seed in range(4)}
+    made |= {f"loaded {seed}": with_loads(random_scene(seed, 4), seed) for seed in range(10, 13)}
+    made |= {f"based {seed}": with_base(with_loads(random_scene(seed, 4), seed), seed) for seed in range(20, 23)}
+    made["translating"] = with_base(with_loads(random_scene(30, 3), 30), 30, turning=False)
+    made["following"] = with_base(with_mimics(with_loads(random_scene(31, 6), 31), 31), 31)
+    made |= {"states": drone(), "states, absolute": drone("absolute")}
+    return made
+
+
+SCENES = scenes()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Generator) -> None:
+    system = derive(SCENES[name], TERMS)
+    evaluate = tape_evaluator(system)
+    state = random_motions(system, evaluate, 5, rng)
+    values = {term: evaluate(term, state) for term in system.functions if term.split("_")[0] != "base" or "motion" in term}
+    for order, term in ((2, "rates"), (1, "rates_1"), (4, "rates_4")):
+        found = values[term]
+        names = list(found)
+        assert names == ["tau", "tau_dot", "tau_ddot", "tau_3", "tau_4"][: order + 1]
+        assert relative_error(found["tau"], values["inverse_dynamics"]["tau"]) <= 1e-13
+        rates = along_motion(system, evaluate, term, state)
+        for below, above in itertools.pairwise(names):
+            assert relative_error(found[above], rates[below]) <= 1e-12, (term, above)
+    for source, block in (("mass", "M"), ("coupling", "h"), ("force", "Q"), ("base_motion", "b")):
+        if source not in system.functions:
+            continue
+        axes, found = 2 if block == "M" else 1, values[f"{source}_rates"]
+        floor = 1e-3 if block == "M" else 0.0  # M of free bodies is constant
+        first = along_motion(system, evaluate, source, state)[block]
+        second = along_motion(system, evaluate, f"{source}_rates", state)[f"{block}_dot"]
+        assert relative_error(found[f"{block}_dot"], first, axes, floor) <= 1e-12, block
+        assert relative_error(found[f"{block}_ddot"], second, axes, floor) <= 1e-12, block
