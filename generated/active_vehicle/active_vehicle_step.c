@@ -461,7 +461,7 @@ static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, r
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
-static active_vehicle_status active_vehicle_accelerations(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+static active_vehicle_status active_vehicle_solve_accelerations(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     active_vehicle_forward_dynamics(p, t, work->q, work->v, work->u, work->vdot);
     ++statistics->evaluations;
@@ -531,7 +531,7 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
             work->v[i] = state->v[i] + s * vdot[i];
         }
         active_vehicle_update(state->q, increment, s, work->q);
-        status = active_vehicle_accelerations(p, t, work, &state->statistics);
+        status = active_vehicle_solve_accelerations(p, t, work, &state->statistics);
         if (status != ACTIVE_VEHICLE_OK)
             return status;
         if (stage == 0) {

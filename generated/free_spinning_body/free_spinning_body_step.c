@@ -453,7 +453,7 @@ static void free_spinning_body_partial_numbers(const free_spinning_body_paramete
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
-static free_spinning_body_status free_spinning_body_accelerations(const free_spinning_body_parameters *p, real t, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+static free_spinning_body_status free_spinning_body_solve_accelerations(const free_spinning_body_parameters *p, real t, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
 {
     free_spinning_body_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
@@ -523,7 +523,7 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
             work->v[i] = state->v[i] + s * vdot[i];
         }
         free_spinning_body_update(state->q, increment, s, work->q);
-        status = free_spinning_body_accelerations(p, t, work, &state->statistics);
+        status = free_spinning_body_solve_accelerations(p, t, work, &state->statistics);
         if (status != FREE_SPINNING_BODY_OK)
             return status;
         if (stage == 0) {

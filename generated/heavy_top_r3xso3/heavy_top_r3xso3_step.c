@@ -1092,7 +1092,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
 }
 
 /* work->vdot and lam that are consistent with work->q and v; inputs and base must have been prepared. */
-static heavy_top_r3xso3_status heavy_top_r3xso3_accelerations(const heavy_top_r3xso3_parameters *p, real t, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
+static heavy_top_r3xso3_status heavy_top_r3xso3_solve_accelerations(const heavy_top_r3xso3_parameters *p, real t, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
 {
     heavy_top_r3xso3_status status;
     int i;
@@ -1179,7 +1179,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
             work->v[i] = state->v[i] + s * vdot[i];
         }
         heavy_top_r3xso3_update(state->q, increment, s, work->q);
-        status = heavy_top_r3xso3_accelerations(p, t, work, &state->statistics);
+        status = heavy_top_r3xso3_solve_accelerations(p, t, work, &state->statistics);
         if (status != HEAVY_TOP_R3XSO3_OK)
             return status;
         if (stage == 0) {

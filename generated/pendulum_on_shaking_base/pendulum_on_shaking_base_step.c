@@ -231,7 +231,7 @@ static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_b
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
-static pendulum_on_shaking_base_status pendulum_on_shaking_base_accelerations(const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_solve_accelerations(const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
 {
     pendulum_on_shaking_base_forward_dynamics(work->q, work->v, &work->base, work->vdot);
     ++statistics->evaluations;
@@ -301,7 +301,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
             work->v[i] = state->v[i] + s * vdot[i];
         }
         pendulum_on_shaking_base_update(state->q, increment, s, work->q);
-        status = pendulum_on_shaking_base_accelerations(p, t, work, &state->statistics);
+        status = pendulum_on_shaking_base_solve_accelerations(p, t, work, &state->statistics);
         if (status != PENDULUM_ON_SHAKING_BASE_OK)
             return status;
         if (stage == 0) {

@@ -357,7 +357,7 @@ static void spherical_pendulum_partial_numbers(const spherical_pendulum_paramete
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
-static spherical_pendulum_status spherical_pendulum_accelerations(const spherical_pendulum_parameters *p, real t, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+static spherical_pendulum_status spherical_pendulum_solve_accelerations(const spherical_pendulum_parameters *p, real t, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
 {
     spherical_pendulum_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
@@ -427,7 +427,7 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
             work->v[i] = state->v[i] + s * vdot[i];
         }
         spherical_pendulum_update(state->q, increment, s, work->q);
-        status = spherical_pendulum_accelerations(p, t, work, &state->statistics);
+        status = spherical_pendulum_solve_accelerations(p, t, work, &state->statistics);
         if (status != SPHERICAL_PENDULUM_OK)
             return status;
         if (stage == 0) {

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from eomgen.codegen.names import check_prefix, comment, mangle, output_name
 from eomgen.errors import ModelError
+from eomgen.mechanics.derive import TERMS
+from eomgen.resources import template_folder
 
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
 
@@ -48,3 +50,12 @@ def test_outputs_avoid_inputs_locals_and_words() -> None:
 def test_prefixes_that_cannot_be_are_refused(name: str) -> None:
     with pytest.raises(ModelError, match=r"is not a C identifier|is taken by the generated code"):
         check_prefix(name)
+
+
+def test_no_function_of_a_stepper_has_the_name_of_a_term() -> None:
+    """Both carry the scene's prefix, and a model may have any term beside any stepper."""
+    folder = template_folder() / "c" / "integrators"
+    text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.jinja")))
+    own = set(re.findall(r"^static [^(\n]*\{\{ P \}\}_([a-z_]+)\(", text, re.MULTILINE))
+    assert {"solve_accelerations", "rates_of_motion"} <= own
+    assert not own & set(TERMS)
