@@ -190,7 +190,9 @@ def _check_terms(terms: Sequence[str] | None) -> None:
     unknown = [name for name in terms or () if name not in TERMS]
     if unknown:
         every = ", ".join(shown(name) for name in unknown)
-        hint = " and ".join(dict.fromkeys(nearest(str(name), TERMS) for name in unknown[:3]))
+        plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of
+        near = (nearest(str(name), TERMS if "rate" in str(name) else plain) for name in unknown[:3])
+        hint = " and ".join(dict.fromkeys(near))
         raise UsageError(f"no term is called {every}", hint)
 
 

@@ -57,11 +57,13 @@ def _of_block(source: str, symbol: str, order: int, accelerations: int, inputs: 
 
 def _all() -> dict[str, RateTerm]:
     terms = {"rates" if order == 2 else f"rates_{order}": _of_inverse_dynamics(order) for order in range(1, HIGHEST_RATE + 1)}
-    for order, suffix in ((1, "_1"), (2, "")):
-        terms[f"mass_rates{suffix}"] = _of_block("mass", "M", order, order - 2, ("p", "q", "v"))
-        terms[f"coupling_rates{suffix}"] = _of_block("coupling", "h", order, order - 1, ("p", "q", "v"))
-        terms[f"force_rates{suffix}"] = _of_block("force", "Q", order, order - 1, _STATE)
-        terms[f"base_motion_rates{suffix}"] = _of_block("base_motion", "b", order, order - 1, ("p", "q", "v", "base"))
+    blocks: list[tuple[str, str, int, Inputs]] = [
+        ("mass", "M", 2, ("p", "q", "v")), ("coupling", "h", 1, ("p", "q", "v")), ("force", "Q", 1, _STATE),
+        ("base_motion", "b", 1, ("p", "q", "v", "base")),
+    ]  # fmt: skip
+    for source, symbol, less, inputs in blocks:
+        for order, suffix in ((1, "_1"), (2, "")):
+            terms[f"{source}_rates{suffix}"] = _of_block(source, symbol, order, order - less, inputs)
     return terms
 
 

@@ -99,7 +99,7 @@ FAILURES = [
     ),
     Failure(
         "A term that there is not", 2,
-        "usage error: no term is called 'forces'; try: force or force_rates or force_rates_1",
+        "usage error: no term is called 'forces'; try: force",
         command="info scene.toml --terms mass,forces",
     ),
     Failure(
