@@ -35,7 +35,7 @@ class Rates:
         Parameters
         ----------
         order : int, optional
-            2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; the lowest that the model was built with by default.
+            2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built where that is not.
         a_higher, u_higher : (..., order - 2, nv or nu)
             Time derivatives of a and u from the third on, for orders above 2; those of u are zero by default, or the scene's.
         """
@@ -46,8 +46,8 @@ class Rates:
 
     def _term_of(self, order: int | None) -> str:
         if order is None:
-            built = [name for name in self.functions.names if name == "rates" or name.startswith("rates_")]
-            return built[0] if built else "rates"
+            built = [name for name in self.functions.names if name.startswith("rates_")]
+            return built[0] if built and "rates" not in self.functions.names else "rates"
         return "rates" if order == 2 else f"rates_{order}"
 
     def mass_rates(
