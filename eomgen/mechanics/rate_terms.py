@@ -10,8 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from eomgen.mechanics.motion_jets import MotionJets
+from eomgen.mechanics.motion_jets import MotionJets, accelerations, base_twist
+from eomgen.mechanics.paths import Path, cross_path, seen_from
+from eomgen.mechanics.rate_recursion import Drive, inverse_dynamics_path
+from eomgen.mechanics.terms import Wrench
 from eomgen.scene.scene import HIGHEST_RATE
+from eomgen.symbolic.scalar import Scalar, minus, plus, scaled
 from eomgen.symbolic.tape import Ref
 from eomgen.system import Block
 
@@ -77,7 +81,7 @@ def rate_blocks(derivation: Derivation, term: RateTerm) -> list[Block]:
     """Return the outputs of a term, derivative by derivative: ``tau``, ``tau_dot``, ``tau_ddot``, ``tau_3``..."""
     source: Callable[[], Sequence[Block]] = getattr(derivation, term.source)
     (block,) = source()
-    derivatives = _derivatives(derivation, block, term.order)
+    derivatives = _cheapest(derivation, block, term)
     blocks = []
     for k in range(term.first, term.order + 1):
         name = block.name + (_SUFFIXES[k] if k < len(_SUFFIXES) else f"_{k}")
@@ -86,8 +90,64 @@ def rate_blocks(derivation: Derivation, term: RateTerm) -> list[Block]:
     return blocks
 
 
-def _derivatives(derivation: Derivation, block: Block, order: int) -> list[list[Ref]]:
+def _cheapest(derivation: Derivation, block: Block, term: RateTerm) -> list[list[Ref]]:
+    """Return the derivatives of a block's components: by recursion where there is one, by jets where those need less."""
+    ways = []
+    if term.source == "inverse_dynamics":
+        ways.append(inverse_dynamics_rates(derivation, term.order))
+    if not ways or any(load is not None for load in derivation.loads.wrenches):  # jets of positions serve loads and inertia
+        with derivation.tape.block(f"time derivatives of {block.description}"):
+            ways.append(motion_jets(derivation).of(block.refs, term.order))
+    return min(ways, key=lambda paths: derivation.tape.counts([ref for path in paths for ref in path]).weight)
+
+
+def motion_jets(derivation: Derivation) -> MotionJets:
     scene = derivation.scene
-    motion = MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
-    with derivation.tape.block(f"time derivatives of {block.description}"):
-        return motion.of(block.refs, order)
+    return MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
+
+
+def inverse_dynamics_rates(derivation: Derivation, order: int) -> list[list[Ref]]:
+    """Return for each component of tau its derivatives: inertia and gravity by recursion, what is applied by jets."""
+    tape, tree = derivation.tape, derivation.grouped
+    velocities = [
+        [Scalar(tape, ref) for ref in (tape.input("v", k), *path)]
+        for k, path in enumerate(accelerations(tape, tree.nv, order))
+    ]
+    omega, acceleration = base_paths(derivation, order)
+    loads, efforts = _applied(derivation, order)
+    tau = inverse_dynamics_path(tree, Drive(velocities, omega, acceleration), loads, order)
+    return [[(tau[k][row] - efforts[row][k]).ref for k in range(order + 1)] for row in range(tree.nv)]
+
+
+def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
+    """Return angular velocity of what carries the tree, and acceleration of its origin less gravity, as paths in its axes."""
+    base, algebra = derivation.base, derivation.algebra
+    zero, gravity = algebra.zero_vector, derivation.motion.gravity
+    if not base.moving:
+        return [zero] * (order + 2), [scaled(-1.0, gravity), *([zero] * order)]
+    components = [[Scalar(derivation.tape, ref) for ref in path] for path in base_twist(derivation.tape, order + 1)]
+    omega, velocity = ([(x[k], y[k], z[k]) for k in range(order + 2)] for x, y, z in (components[:3], components[3:]))
+    if not base.turning:
+        omega = [zero] * (order + 2)
+    weight = seen_from([gravity, *([zero] * order)], omega)
+    acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
+    return omega, [minus(x, y) for x, y in zip(acceleration, weight, strict=True)]
+
+
+def _applied(derivation: Derivation, order: int) -> tuple[list[list[Wrench] | None], list[list[Scalar]]]:
+    """Return the paths of applied wrenches by link, in link axes, and of efforts by velocity component."""
+    tape = derivation.tape
+    flat = [value for load in derivation.loads.wrenches if load is not None for part in load for value in part]
+    with tape.block("time derivatives of applied forces"):
+        found = motion_jets(derivation).of([value.ref for value in (*flat, *derivation.loads.efforts)], order)
+    paths = [[Scalar(tape, ref) for ref in path] for path in found]
+    loads: list[list[Wrench] | None] = []
+    start = 0
+    for load in derivation.loads.wrenches:
+        if load is None:
+            loads.append(None)
+            continue
+        m, f = paths[start : start + 3], paths[start + 3 : start + 6]
+        loads.append([((m[0][k], m[1][k], m[2][k]), (f[0][k], f[1][k], f[2][k])) for k in range(order + 1)])
+        start += 6
+    return loads, paths[start:]

@@ -115,6 +115,22 @@ def test_published_state_of_the_puma() -> None:
     np.testing.assert_allclose(found, expected, rtol=5e-12)
 
 
+#: robot, term, exact count, the published or demanded count that it must not exceed
+COUNTS_OF_RATES = [
+    ("panda", "rates_1", 1321, 1500),
+    ("panda", "rates", 2284, 2779),  # 2872 by repeated differentiation, 2779 by Taylor coefficients of the operations of tau
+    ("panda", "rates_3", 3671, 4304),  # 4304: Taylor coefficients of the operations of tau
+    ("puma", "rates", 1403, 1712),
+    ("rx90", "rates", 1815, 2189),
+]
+
+
+@pytest.mark.parametrize(("name", "term", "count", "limit"), COUNTS_OF_RATES)
+def test_number_of_operations_of_time_derivatives(name: str, term: str, count: int, limit: int) -> None:
+    assert count <= limit
+    assert derive(SCENES[name](), [term]).counts[term].flops == count
+
+
 CHAINS = {"planar": robots.planar_chain, "spatial": robots.spatial_chain}
 #: statements of a chain of n >= 3 equal links: constant, linear and quadratic part
 GROWTH = {
@@ -137,6 +153,12 @@ def test_code_grows_with_the_tree_and_no_faster(chain: str, count: int) -> None:
     for term in TERMS[:4]:
         constant, linear, quadratic = GROWTH[chain, term]
         assert system.counts[term].statements == constant + linear * count + quadratic * count**2, term
+
+
+@pytest.mark.parametrize(("chain", "constant", "per_link"), [("planar", -114, 119), ("spatial", -499, 444)])
+def test_time_derivatives_of_chains_are_linear(chain: str, constant: int, per_link: int) -> None:
+    for count in (5, 6, 12, 31, 32, 64):
+        assert derive(CHAINS[chain](count), ["rates"]).counts["rates"].statements == constant + per_link * count, count
 
 
 @pytest.mark.parametrize("chain", CHAINS)

@@ -7,8 +7,11 @@ import itertools
 import numpy as np
 import pytest
 
+from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.rate_terms import inverse_dynamics_rates, motion_jets
 from eomgen.scene.scene import Scene
+from eomgen.symbolic.evaluate import evaluate
 from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots
 from tests.oracles.evaluation import relative_error, tape_evaluator
@@ -64,15 +67,15 @@ SCENES = scenes()
 @pytest.mark.parametrize("name", SCENES)
 def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Generator) -> None:
     system = derive(SCENES[name], TERMS)
-    evaluate = tape_evaluator(system)
-    state = random_motions(system, evaluate, 5, rng)
-    values = {term: evaluate(term, state) for term in system.functions if term.split("_")[0] != "base" or "motion" in term}
+    run = tape_evaluator(system)
+    state = random_motions(system, run, 5, rng)
+    values = {term: run(term, state) for term in system.functions if term.split("_")[0] != "base" or "motion" in term}
     for order, term in ((2, "rates"), (1, "rates_1"), (4, "rates_4")):
         found = values[term]
         names = list(found)
         assert names == ["tau", "tau_dot", "tau_ddot", "tau_3", "tau_4"][: order + 1]
         assert relative_error(found["tau"], values["inverse_dynamics"]["tau"]) <= 1e-13
-        rates = along_motion(system, evaluate, term, state)
+        rates = along_motion(system, run, term, state)
         for below, above in itertools.pairwise(names):
             assert relative_error(found[above], rates[below]) <= 1e-12, (term, above)
     for source, block in (("mass", "M"), ("coupling", "h"), ("force", "Q"), ("base_motion", "b")):
@@ -80,7 +83,24 @@ def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Ge
             continue
         axes, found = 2 if block == "M" else 1, values[f"{source}_rates"]
         floor = 1e-3 if block == "M" else 0.0  # M of free bodies is constant
-        first = along_motion(system, evaluate, source, state)[block]
-        second = along_motion(system, evaluate, f"{source}_rates", state)[f"{block}_dot"]
+        first = along_motion(system, run, source, state)[block]
+        second = along_motion(system, run, f"{source}_rates", state)[f"{block}_dot"]
         assert relative_error(found[f"{block}_dot"], first, axes, floor) <= 1e-12, block
         assert relative_error(found[f"{block}_ddot"], second, axes, floor) <= 1e-12, block
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.random.Generator) -> None:
+    """Both are exact; the one that needs fewer operations is kept, which without applied forces is the recursion."""
+    derivation = Derivation(SCENES[name])
+    (tau,) = derivation.inverse_dynamics()
+    by_recursion, by_jets = inverse_dynamics_rates(derivation, 3), motion_jets(derivation).of(tau.refs, 3)
+    tape, system = derivation.tape, derive(SCENES[name], ["rates_3", "internal_rate"])
+    state = random_motions(system, tape_evaluator(system), 5, rng)
+    for k in range(4):
+        found, expected = (evaluate(tape, [path[k] for path in paths], state) for paths in (by_recursion, by_jets))
+        assert relative_error(found, expected) <= 1e-13, k
+    counts = [tape.counts([ref for path in paths for ref in path]).flops for paths in (by_recursion, by_jets)]
+    if not any(derivation.loads.wrenches):
+        assert counts[0] < 0.9 * counts[1]
+    assert system.counts["rates_3"].flops == min(counts)
