@@ -238,10 +238,9 @@ def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> t
     chosen = _method(scene, method)
     system = derive(scene, terms)
     try:
-        data, refusal = method_data(chosen, system, scene.simulation.step), ""
+        return to_program(system, method_data(chosen, system, scene.simulation.step)), ""
     except ModelError as error:
-        data, refusal = {}, "; ".join(problem.what for problem in error.problems)
-    return to_program(system, data), refusal
+        return to_program(system), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
 
 
 def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: str, real: str) -> Library:

@@ -11,6 +11,8 @@ _POINTERS = {
     "u_dot": "NU", "u_ddot": "NU", "u_higher": "NU_HIGHER", "base_rates": "NBASE_RATES",
 }  # fmt: skip
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
+#: What only the functions of a Taylor stepper read.
+_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "order")
 
 
 class CNames:
@@ -47,6 +49,7 @@ class CNames:
     def input_texts(self) -> dict[str, str | Sequence[str]]:
         """Return what the printer needs: the text of every component of every input block."""
         texts: dict[str, str | Sequence[str]] = {block: block + "[{}]" for block in _POINTERS}
+        texts |= {block: block + "[{}]" for block in _SERIES}
         texts["t"] = "t"
         texts["p"] = [f"p->{parameter.member}" for parameter in self.program.parameters]
         texts["base"] = self.base_targets()

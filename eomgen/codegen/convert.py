@@ -10,8 +10,10 @@ from eomgen import __version__
 from eomgen.codegen.loops import program_loop
 from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
 from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCurve, ProgramFunction
+from eomgen.codegen.recurrence_functions import series_functions
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
+from eomgen.integrators.taylor import TAYLOR
 from eomgen.symbolic.operations import CurveLike
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
@@ -53,6 +55,11 @@ def to_program(
     loop_numbers: dict[int, int] = {}
     curve_numbers: dict[int, int] = {}
     made = _functions(system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
+    series: tuple[ProgramFunction, ...] = ()
+    data = dict(method or {})
+    if data.get("family") == TAYLOR:
+        series, sizes = series_functions(system, curve_numbers)
+        data |= sizes
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
         prefix=check_prefix(system.name),
@@ -92,7 +99,8 @@ def to_program(
         dropped=system.dropped,
         notes=system.notes,
         version=__version__,
-        method=dict(method or {}),
+        method=data,
+        series=series,
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
     )
 

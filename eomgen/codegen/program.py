@@ -153,6 +153,8 @@ class Program:
     functions : tuple of ProgramFunction
     loops : tuple of ProgramLoop
     curves : tuple of ProgramCurve
+    series : tuple of ProgramFunction
+        Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.recurrence_functions`` for their blocks.
     method : mapping
         Filled by the integrators; empty when the model is functions only.
     start : str
@@ -186,6 +188,7 @@ class Program:
     version: str
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
+    series: tuple[ProgramFunction, ...] = ()
     validity: tuple[Mapping[str, Any], ...] = ()
     start: str = ""
 

@@ -11,32 +11,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.coefficients import Coefficients
+from eomgen.integrators.needs import FactsLike, Need
+from eomgen.integrators.taylor import Taylor
 
 GENERALIZED_ALPHA = "generalized_alpha"
 RKMK = "rkmk"
-
-
-class FactsLike(Protocol):
-    """What a method may ask about a system (``system.Facts`` answers)."""
-
-    @property
-    def constraints(self) -> bool: ...
-    @property
-    def internal_states(self) -> bool: ...
-
-
-@dataclass(frozen=True)
-class Need:
-    """Something that a system must or must not have: the fact, the value it must have, why, and what to do otherwise."""
-
-    fact: str
-    value: bool
-    reason: str
-    alternative: str
 
 
 _UNCONSTRAINED = Need(
@@ -247,7 +229,7 @@ class RungeKuttaMuntheKaas:
                 _hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
 
 
-Method = GeneralizedAlpha | RungeKuttaMuntheKaas
+Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor
 
 def check_needs(method: Method, facts: FactsLike) -> None:
     """Raise ModelError naming every need of the method that the system does not meet."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, Need, RungeKuttaMuntheKaas
+from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
+from eomgen.integrators.needs import Need
 
 PARTITIONED = "partitioned"
 

@@ -15,14 +15,15 @@ from eomgen.integrators.methods import (
     RKMK,
     SPATIAL,
     STABILISED,
-    FactsLike,
     GeneralizedAlpha,
     Method,
     check_needs,
 )
+from eomgen.integrators.needs import FactsLike
 from eomgen.integrators.partitioned import GOOD_GAIN, LARGEST_GAIN, PARTITIONED, SMALLEST_PIVOT, PartitionedRungeKutta
 from eomgen.integrators.samples import Samples, samples_of
 from eomgen.integrators.solver_data import Solver, make_solver, solver_data
+from eomgen.integrators.taylor import MAX_ORDER, TAYLOR, Taylor, taylor_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import FactorLike
@@ -94,11 +95,11 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "order": method.order,
         "source": method.source,
         "step": float(step),
-        "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta)),
+        "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta | Taylor)),
         "lie": _lie_data(system.factors, implicit, getattr(method, "variant", "")),
         "turning": list(system.turning),
     }
-    if jumps := jump_data(system.discontinuities, method.order):
+    if jumps := jump_data(system.discontinuities, MAX_ORDER if isinstance(method, Taylor) else method.order):
         data["jumps"] = jumps
     if isinstance(method, GeneralizedAlpha):
         nl, owners, nz = len(system.multipliers), system.inner_owners, len(system.initial_z)
@@ -128,6 +129,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
             "rows_per_step": 1,
         }  # fmt: skip
         return data
+    if isinstance(method, Taylor):
+        return data | taylor_data(method)
     if isinstance(method, PartitionedRungeKutta):
         data |= {
             "unknowns": {"v": _nv(system), "lam": len(system.multipliers), "holonomic": system.holonomic, "eta": 0},
@@ -154,6 +157,8 @@ def _check_functions(method: Method, system: SystemLike) -> None:
     if isinstance(method, PartitionedRungeKutta):
         needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian"}
         needed |= {"constraint"} if system.holonomic else set()
+    elif isinstance(method, Taylor):
+        needed = {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}
     elif len(system.multipliers) or (system.facts.internal_states and method.family == GENERALIZED_ALPHA):
         needed = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
         if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
@@ -260,9 +265,11 @@ _SETTINGS = {
     GENERALIZED_ALPHA: ("rtol", "atol", "max_iterations", "max_halvings", "reuse"),
     RKMK: (),
     PARTITIONED: (),
+    TAYLOR: (),
 }
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
 _CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
+_TAYLOR_STATISTICS = ("expansions", "rejections")
 _PARTITION_STATISTICS = ("partitions", "max_constraint", "max_constraint_velocity", "max_pivot_ratio")
 
 
@@ -277,6 +284,8 @@ def statistics_names(data: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what the stepper counts and measures; those whose names begin with ``max_``, and ``pivot_ratio``, are no counts."""
     if data["family"] == PARTITIONED:
         return (*_STATISTICS, *_PARTITION_STATISTICS)
+    if data["family"] == TAYLOR:
+        return (*_STATISTICS, *_TAYLOR_STATISTICS)
     constrained = data["family"] == GENERALIZED_ALPHA and data["unknowns"]["lam"]
     return (*_STATISTICS, *(_CONSTRAINT_STATISTICS if constrained else ()))
 

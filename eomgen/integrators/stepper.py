@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.equations import Array, Constraints, Equations, InternalStates, Trajectory
-from eomgen.integrators.methods import SPATIAL, STABILISED, GeneralizedAlpha, Method, RungeKuttaMuntheKaas
+from eomgen.integrators.methods import SPATIAL, STABILISED, GeneralizedAlpha, RungeKuttaMuntheKaas
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 
@@ -52,7 +52,8 @@ def _saddle(equations: Equations, t: float, q: Array, v: Array, force: Array, ra
 
 
 def integrate(
-    equations: Equations, method: Method, q: Array, v: Array, step: float, steps: int, *, t: float = 0.0, rtol: float = 1e-10,
+    equations: Equations, method: GeneralizedAlpha | RungeKuttaMuntheKaas, q: Array, v: Array, step: float, steps: int, *,
+    t: float = 0.0, rtol: float = 1e-10,
     atol: float = 1e-12, perturb: bool = True, z: Array | None = None,
 ) -> Trajectory:  # fmt: skip
     """Integrate with a fixed step (s) from q, v at time t (s); with constraints q and v must meet them.

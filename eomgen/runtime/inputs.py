@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
+from eomgen.integrators.taylor import TAYLOR
 from eomgen.runtime.arguments import check_finite, check_name, numbers
 
 Array = NDArray[np.float64]
@@ -66,9 +67,12 @@ class InputSignals:
 
 
 def jumps_known(library: Library) -> bool:
-    """Return whether a stepper evaluates the scene's formulas itself beside what is given, because it knows where they jump."""
+    """Return whether a stepper evaluates the scene's formulas itself beside what is given.
+
+    Because it knows where they jump, or expands them in series.
+    """
     said = any(function["name"] == "inputs" for function in library.layout["functions"])
-    return said and "jumps" in library.layout["method"]
+    return said and ("jumps" in library.layout["method"] or library.layout["method"].get("family") == TAYLOR)
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
@@ -86,6 +90,16 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
             hint = f"{beyond}, points from t = {start:.9g} s on, or in Python t_start = {first:.9g}"
             raise UsageError(Problem("t_start", what, hint))
         raise UsageError(Problem("t_end", what, f"t_end = {last:.9g}, or {beyond}"))
+
+
+def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
+    """Raise UsageError where an input of the caller is not a number, for a method that expands inputs in series of time."""
+    for name, signal in given.items():
+        if not isinstance(signal, float):
+            kind = "a function" if callable(signal) else "a table"
+            what = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have"
+            hint = f"a number here; a formula or a curve of the scene for the input {name}; or another method"
+            raise UsageError(Problem(f"input {name}", what, hint))
 
 
 def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:

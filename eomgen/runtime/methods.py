@@ -9,6 +9,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
 from eomgen.integrators.methods import INDEX_3, RUNGE_KUTTA_MUNTHE_KAAS_4, STABILISED, GeneralizedAlpha, Method
 from eomgen.integrators.partitioned import PARTITIONED_RUNGE_KUTTA_4
+from eomgen.integrators.taylor import Taylor
 from eomgen.scene.names import nearest, shown
 
 #: Generalized-alpha by name: the form that keeps constraints, and how an increment is put on the group.
@@ -30,10 +31,12 @@ _CASES: Mapping[str, tuple[str, ...]] = {
     "newmark": ("alpha", "beta", "gamma"),
     "trapezoidal": (),
 }
+#: All methods with parameters of their own.
+_TAKES: Mapping[str, tuple[str, ...]] = {**_CASES, "taylor": ("order", "tolerance")}
 _MAKERS: Mapping[str, Callable[..., Coefficients]] = {"hht": hht, "wbz": wbz, "newmark": newmark, "trapezoidal": trapezoidal}
 _INDEX_3 = "_index3"
 #: All parameters that some method takes.
-PARAMETERS = ("rho_inf", "alpha", "beta", "gamma")
+PARAMETERS = ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")
 
 #: Every name, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
@@ -46,6 +49,7 @@ METHOD_NAMES: Mapping[str, str] = {
     "runge_kutta": "rk4",
     "rk4_partitioned": "rk4_partitioned",
     "partitioned": "rk4_partitioned",
+    "taylor": "taylor",
 }
 
 
@@ -58,8 +62,9 @@ def canonical_name(name: str) -> str:
 
 
 def method_named(
-    name: str, rho_inf: float | None = 0.8, alpha: float | None = None, beta: float | None = None, gamma: float | None = None
-) -> Method:
+    name: str, rho_inf: float | None = 0.8, alpha: float | None = None, beta: float | None = None, gamma: float | None = None,
+    order: float | None = None, tolerance: float | None = None,
+) -> Method:  # fmt: skip
     """Return a method with its parameters; what is None is left to the method, what it does not take is ignored.
 
     Raises
@@ -72,6 +77,9 @@ def method_named(
         return RUNGE_KUTTA_MUNTHE_KAAS_4
     if name == "rk4_partitioned":
         return PARTITIONED_RUNGE_KUTTA_4
+    if name == "taylor":
+        said = {"tolerance": tolerance, "order": order}
+        return Taylor(**{key: value for key, value in said.items() if value is not None})  # type: ignore[arg-type]  # checked there
     case = name.removesuffix(_INDEX_3)
     if case not in _CASES:
         return GeneralizedAlpha(rho_inf=0.8 if rho_inf is None else rho_inf, **_GENERALIZED_ALPHA[name])
@@ -91,7 +99,7 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     name = canonical_name(name)
     said = {key: value for key, value in given.items() if value is not None}
     explicit = name.startswith("rk4")
-    takes = () if explicit else _CASES.get(name.removesuffix(_INDEX_3), ("rho_inf",))
+    takes = () if explicit else _TAKES.get(name.removesuffix(_INDEX_3), ("rho_inf",))
     for key in said:
         if key not in takes and not (explicit and key == "rho_inf"):  # no numerical damping is what explicit methods have anyway
             raise UsageError(Problem(key, f"{name} takes no {key}", f"only {', '.join(takes)}" if takes else "leave it out"))
@@ -104,11 +112,13 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
 def terms_of(name: str, constrained: bool = False, internal: bool = False) -> tuple[str, ...]:
     """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states."""
     if internal:
-        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned") else ("equations", "iteration")
+        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned", "taylor") else ("equations", "iteration")
         mechanical = [term for term in terms_of(name, constrained) if not (implicit and term in ("residual", "partials"))]
         return tuple(dict.fromkeys([*mechanical, "internal_rate", *implicit]))
     if canonical_name(name) == "rk4":
         return ("forward_dynamics",)
+    if canonical_name(name) == "taylor":
+        return ("mass", "residual")
     if canonical_name(name) == "rk4_partitioned":
         if not constrained:  # it is refused, for a better reason than missing terms
             return ("residual",)

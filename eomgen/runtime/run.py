@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import GeneralizedAlpha, Method
+from eomgen.integrators.taylor import Taylor
 from eomgen.runtime.checkpoint import Checkpoint, Keeper
 from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals
@@ -140,6 +141,8 @@ def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, e
 
 def _parameters_of(method: Method) -> dict[str, float]:
     """Return the keywords that make a method again, by ``methods.method_named``."""
+    if isinstance(method, Taylor):
+        return {"order": float(method.order), "tolerance": method.tolerance}
     if not isinstance(method, GeneralizedAlpha):
         return {}
     if method.case is None:

@@ -11,6 +11,7 @@ import numpy as np
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import INDEX_3, GeneralizedAlpha, Method
 from eomgen.integrators.specification import default_settings
+from eomgen.integrators.taylor import Taylor
 from eomgen.runtime.methods import method_named, method_parameters
 
 
@@ -70,7 +71,8 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
 def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]) -> dict[str, float]:
     """Return the settings of a stepper in their order: the method's parameters, and the caller's own. Raises UsageError."""
     values = default_settings(data)
-    own = {name: float(value) for name, value in method.parameters.items()} if isinstance(method, GeneralizedAlpha) else {}
+    parameters = method.parameters if isinstance(method, GeneralizedAlpha | Taylor) else {}
+    own = {name: float(value) for name, value in parameters.items()}
     known = [name for name in values if name != "step" and name not in own]
     for name, value in extra.items():
         if name not in known:

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import Problem, UsageError
+from eomgen.integrators.taylor import Taylor
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
-from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
+from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
@@ -43,6 +44,8 @@ def simulate(
     alpha: float | None = None,
     beta: float | None = None,
     gamma: float | None = None,
+    order: int | None = None,
+    tolerance: float | None = None,
     initial: Mapping[str, Any] | None = None,
     parameters: Parameters = None,
     inputs: Mapping[str, Signal] | None = None,
@@ -54,7 +57,7 @@ def simulate(
     checkpoint_every: int | None = None,
     start: str | None = None,
 ) -> Solution:
-    """Integrate the equations of motion with a fixed step.
+    """Integrate the equations of motion on a grid of equal steps.
 
     What is not given is the scene's. A numerical failure and Ctrl-C end the run with the last good state: the Solution then has
     ``success`` False and a message; nothing is raised.
@@ -68,13 +71,19 @@ def simulate(
     method : str
         ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
         ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with ``_index3``; ``rk4``
-        (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes.
+        (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``, whose steps are its own and
+        ``step`` the spacing of the time grid on which it gives states.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
         Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
     beta, gamma : float
         Of ``newmark``; 1/4 and 1/2 by default.
+    order : int
+        Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
+    tolerance : float
+        Of the local error of ``taylor``, relative to the largest component of q, of v and of z, or to 1; 1e-12 by default.
+        0: each step of the time grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
         Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
@@ -113,7 +122,7 @@ def simulate(
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
     name = canonical_name(method or defaults["method"])
-    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = stepper_library(model, name)
     extra = {} if settings is None else settings
@@ -123,6 +132,8 @@ def simulate(
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
     check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
+    if isinstance(stepped_by, Taylor):
+        check_held(name, from_caller)
     signals = InputSignals(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
     )

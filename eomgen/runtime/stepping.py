@@ -61,7 +61,7 @@ class Stepper:
         self.step_size = float(settings["step"])
         self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
         self.state = np.zeros(self.sizes["state"])
-        self.workspace = np.zeros(self.sizes["workspace"])
+        self.workspace = _on_cache_lines(self.sizes["workspace"])
         self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
 
     @property
@@ -135,6 +135,13 @@ class Stepper:
         if array is None:
             return self._ffi.NULL
         return self._ffi.from_buffer("double[]", array)
+
+
+def _on_cache_lines(size: int) -> Array:
+    """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses one."""
+    room = np.zeros(size + 8)
+    first = -room.ctypes.data % 64 // room.itemsize
+    return room[first : first + size]
 
 
 @dataclass(frozen=True)

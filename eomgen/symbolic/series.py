@@ -1,0 +1,297 @@
+"""Series: the recurrence of Taylor coefficients in time of everything on a tape, one order after the other.
+
+Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from those
+before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold coefficients of lower
+orders only; a driver takes all of them together before coefficient k is asked for. What is left is linear, and the same for every
+k. Recurrences: Griewank and Walther, Evaluating Derivatives (2008), table 13.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from eomgen.symbolic.map import record
+from eomgen.symbolic.operations import CurveLike
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+
+#: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of both factors
+#: of the products, values kept from order 0, and (k, 1/k).
+SUMS, LEFT, RIGHT, KEPT, ORDER = "sums", "left", "right", "kept", "order"
+_PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
+
+
+class Term(NamedTuple):
+    """A quantity: its value at order 0 and its coefficient k, as references of the two functions."""
+
+    value: Ref
+    next: Ref
+
+
+class Series:
+    """Records both functions on a tape, and collects the products and what is kept from order 0.
+
+    Attributes
+    ----------
+    tape : Tape
+        Both functions are recorded here; coefficient k reads the blocks named in this module.
+    left, right : lists of Term
+        Factors of the products, by number.
+    kept : list of Ref
+        Values of order 0 that coefficient k reads as components of ``KEPT``.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+        self.left: list[Term] = []
+        self.right: list[Term] = []
+        self.kept: list[Ref] = []
+        self._slots: dict[Ref, Ref] = {}
+        self._pairs: dict[tuple[bool, Term], tuple[Term, Term]] = {}
+        self.k, self.per_k = tape.input(ORDER, 0), tape.input(ORDER, 1)
+
+    # -- what products need -----------------------------------------------------------------------------------------
+
+    def keep(self, value: Ref) -> Ref:
+        """Return a value of order 0 as coefficient k reads it."""
+        if self.tape.value(value) is not None:
+            return value
+        if value < 0:
+            return -self.keep(-value)
+        if value not in self._slots:
+            self._slots[value] = self.tape.input(KEPT, len(self.kept))
+            self.kept.append(value)
+        return self._slots[value]
+
+    def open_product(self) -> int:
+        """Return the number of a product whose factors follow by ``close_product``."""
+        self.left.append(Term(ZERO, ZERO))
+        self.right.append(Term(ZERO, ZERO))
+        return len(self.left) - 1
+
+    def close_product(self, number: int, left: Term, right: Term) -> None:
+        self.left[number], self.right[number] = left, right
+
+    def inner(self, number: int) -> Ref:
+        """Return the inner sum of a product."""
+        return self.tape.input(SUMS, number)
+
+    def first(self, side: str, number: int, term: Term) -> Ref:
+        """Return the order 0 of a factor as coefficient k reads it: a constant, or its place in row 0."""
+        return term.value if self.tape.value(term.value) is not None else self.tape.input(side, number)
+
+    def weighted(self, term: Term) -> Term:
+        """Return k x_k as a factor: the rate of x, shifted by one."""
+        return Term(ZERO, self.tape.mul(self.k, term.next))
+
+    # -- linear operations ------------------------------------------------------------------------------------------
+
+    def constant(self, value: float) -> Term:
+        return Term(self.tape.constant(value), ZERO)
+
+    def add(self, x: Term, y: Term) -> Term:
+        return Term(self.tape.add(x.value, y.value), self.tape.add(x.next, y.next))
+
+    def negative(self, x: Term) -> Term:
+        return Term(*(ref if ref == ZERO else -ref for ref in x))
+
+    def scale(self, factor: Ref, x: Term) -> Term:
+        """Return a value that does not change in time, times x."""
+        return Term(self.tape.mul(factor, x.value), self.tape.mul(self.keep(factor), x.next) if x.next != ZERO else ZERO)
+
+    # -- nonlinear operations -----------------------------------------------------------------------------------------
+
+    def multiply(self, x: Term, y: Term) -> Term:
+        if ZERO in (x.next, y.next):
+            return self.scale(x.value, y) if x.next == ZERO else self.scale(y.value, x)
+        tape, number = self.tape, self.open_product()
+        self.close_product(number, x, y)
+        rest = tape.mul(self.first(LEFT, number, x), y.next)
+        rest = tape.mul(tape.constant(2.0), rest) if x == y else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
+        return Term(tape.mul(x.value, y.value), tape.add(self.inner(number), rest))
+
+    def divide(self, x: Term, y: Term) -> Term:
+        """z y = x."""
+        tape = self.tape
+        value, reciprocal = tape.div(x.value, y.value), self.keep(tape.div(ONE, y.value))
+        if y.next == ZERO:
+            return Term(value, tape.mul(reciprocal, x.next))
+        number = self.open_product()
+        last = tape.add(self.inner(number), tape.mul(y.next, self.first(RIGHT, number, Term(value, ZERO))))
+        z = Term(value, tape.mul(reciprocal, tape.sub(x.next, last)))
+        self.close_product(number, y, z)
+        return z
+
+    def sqrt(self, x: Term) -> Term:
+        """z z = x."""
+        tape = self.tape
+        value = tape.call(Op.SQRT, x.value)
+        half = self.keep(tape.div(tape.constant(0.5), value))
+        number = self.open_product()
+        z = Term(value, tape.mul(half, tape.sub(x.next, self.inner(number))))
+        self.close_product(number, z, z)
+        return z
+
+    def sine_and_cosine(self, x: Term, hyperbolic: bool = False) -> tuple[Term, Term]:
+        """s' = c x', c' = -s x', or + where hyperbolic."""
+        if (hyperbolic, x) not in self._pairs:
+            self._pairs[hyperbolic, x] = self._pair(x, hyperbolic)
+        return self._pairs[hyperbolic, x]
+
+    def _pair(self, x: Term, hyperbolic: bool) -> tuple[Term, Term]:
+        ops = (Op.SINH, Op.COSH) if hyperbolic else (Op.SIN, Op.COS)
+        values = [self.tape.call(op, x.value) for op in ops]
+        if x.next == ZERO:
+            return Term(values[0], ZERO), Term(values[1], ZERO)
+        numbers = (self.open_product(), self.open_product())
+        rates = [
+            self._driven(number, x, Term(other, ZERO)) for number, other in zip(numbers, reversed(values), strict=True)
+        ]
+        sine = Term(values[0], rates[0])
+        cosine = Term(values[1], rates[1] if hyperbolic else -rates[1])
+        for number, other in zip(numbers, (cosine, sine), strict=True):
+            self.close_product(number, self.weighted(x), other)
+        return sine, cosine
+
+    def driven(self, value: Ref, x: Term, slope: Term) -> Term:
+        """z' = slope x', with the slope known before z."""
+        number = self.open_product()
+        z = Term(value, self._driven(number, x, slope))
+        self.close_product(number, self.weighted(x), slope)
+        return z
+
+    def exponential(self, x: Term) -> Term:
+        return self.driven_by_itself(self.tape.call(Op.EXP, x.value), x)
+
+    def driven_by_itself(self, value: Ref, x: Term) -> Term:
+        """z' = z x'."""
+        number = self.open_product()
+        z = Term(value, self._driven(number, x, Term(value, ZERO)))
+        self.close_product(number, self.weighted(x), z)
+        return z
+
+    def tangent(self, x: Term, op: Op) -> Term:
+        """z' = w x' with w = 1 + z^2, or 1 - z^2 where hyperbolic."""
+        tape, sign = self.tape, ONE if op is Op.TAN else -ONE
+        value = tape.call(op, x.value)
+        slope_value = tape.add(ONE, tape.mul(sign, tape.mul(value, value)))
+        number = self.open_product()
+        z = Term(value, self._driven(number, x, Term(slope_value, ZERO)))
+        square = self.multiply(z, z)
+        self.close_product(number, self.weighted(x), Term(slope_value, tape.mul(sign, square.next)))
+        return z
+
+    def over(self, value: Ref, rate_of: Term, w: Term) -> Term:
+        """z' w = x', with w known before z."""
+        tape = self.tape
+        reciprocal = self.keep(tape.div(ONE, w.value))
+        if w.next == ZERO:
+            return Term(value, tape.mul(reciprocal, rate_of.next))
+        number = self.open_product()
+        z = Term(value, tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number)))))
+        self.close_product(number, self.weighted(z), w)
+        return z
+
+    def angle(self, y: Term, x: Term) -> Term:
+        """z = atan2(y, x): z' (x^2 + y^2) = x y' - y x'."""
+        tape = self.tape
+        numerator = ZERO
+        for rate, other, sign in ((y, x, ONE), (x, y, -ONE)):
+            if rate.next == ZERO:
+                continue
+            number = self.open_product()
+            self.close_product(number, self.weighted(rate), other)
+            numerator = tape.add(numerator, tape.mul(sign, self._driven(number, rate, other)))
+        square = self.add(self.multiply(x, x), self.multiply(y, y))
+        return self.over(tape.call(Op.ATAN2, y.value, x.value), Term(ZERO, numerator), square)
+
+    def power(self, x: Term, exponent: Term) -> Term:
+        """x^e = exp(e log x); the value is that of the power itself."""
+        logarithm = self.multiply(exponent, self.logarithm(x))
+        return self.driven_by_itself(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
+
+    def logarithm(self, x: Term) -> Term:
+        return self.over(self.tape.call(Op.LOG, x.value), x, x)
+
+    def curve(self, curve: CurveLike, derivative: int, x: Term) -> Term:
+        """The rate of a curve is its next derivative times that of x; beyond its degree it has none."""
+        value = self.tape.curve(curve, derivative, x.value)
+        if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
+            return Term(value, ZERO)
+        return self.driven(value, x, self.curve(curve, derivative + 1, x))
+
+    def chosen(self, op: Op, operands: Sequence[Term]) -> Term:
+        """What is not smooth follows the branch taken at order 0."""
+        tape = self.tape
+        values = [term.value for term in operands]
+        if op is Op.SELECT:
+            branch = self.keep(values[0])
+            return Term(tape.select(*values), tape.select(branch, operands[1].next, operands[2].next))
+        value = tape.call(op, *values)
+        if op is Op.ABS:
+            return Term(value, tape.mul(self.keep(tape.call(Op.SIGN, values[0])), operands[0].next))
+        if op in (Op.MIN, Op.MAX):
+            first = values if op is Op.MIN else values[::-1]
+            branch = self.keep(tape.call(Op.LE, *first))
+            return Term(value, tape.select(branch, operands[0].next, operands[1].next))
+        return Term(value, ZERO)
+
+    def _driven(self, number: int, x: Term, slope: Term) -> Ref:
+        """Coefficient k of z with z' = slope x'; of the slope only coefficients below k are in it."""
+        tape = self.tape
+        last = tape.mul(x.next, self.first(RIGHT, number, slope))
+        return tape.add(tape.mul(self.per_k, self.inner(number)), last)
+
+
+def record_series(
+    series: Series, source: Tape, outputs: Sequence[Ref], given: Mapping[InputSymbol, Term], known: dict[int, Term]
+) -> list[Term]:
+    """Record the recurrence of what outputs of a tape need; inputs that are not given do not change in time.
+
+    Maps must have been unrolled. ``known`` holds the nodes that were recorded before, and is completed.
+    """
+
+    def term(ref: Ref) -> Term:
+        return known[abs(ref)] if ref > 0 else series.negative(known[abs(ref)])
+
+    for node in source.live(outputs):
+        op = source.op[node]
+        if node in known:
+            continue
+        if op is Op.CONST:
+            known[node] = series.constant(source.constants[source.a[node]])
+        elif op is Op.INPUT:
+            symbol = source.inputs[source.a[node]]
+            known[node] = given.get(symbol) or Term(series.tape.input(symbol.block, symbol.index), ZERO)
+        elif op is Op.CURVE:
+            known[node] = series.curve(*source.curves[source.b[node]], term(source.a[node]))
+        elif op in _PAIRS:
+            x, hyperbolic = term(source.a[node]), op in (Op.SINH, Op.COSH)
+            known[node] = series.sine_and_cosine(x, hyperbolic)[_PAIRS[op]]
+        else:
+            known[node] = record_term(series, op, [term(ref) for ref in source.operands(node)])
+    return [term(ref) for ref in outputs]
+
+
+def record_term(series: Series, op: Op, operands: Sequence[Term]) -> Term:
+    """Record one operation that is no leaf, curve, sine or cosine."""
+    tape, x = series.tape, operands[0]
+    if all(operand.next == ZERO for operand in operands):
+        return Term(record(tape, op, [operand.value for operand in operands]), ZERO)
+    simple: dict[Op, Callable[..., Term]] = {
+        Op.ADD: series.add, Op.MUL: series.multiply, Op.DIV: series.divide, Op.SQRT: series.sqrt, Op.EXP: series.exponential,
+        Op.LOG: series.logarithm, Op.POW: series.power, Op.ATAN2: series.angle,
+    }  # fmt: skip
+    if op in simple:
+        return simple[op](*operands)
+    if op is Op.SUB:
+        return series.add(x, series.negative(operands[1]))
+    if op in (Op.TAN, Op.TANH):
+        return series.tangent(x, op)
+    if op is Op.ATAN:
+        return series.over(tape.call(op, x.value), x, series.add(series.constant(1.0), series.multiply(x, x)))
+    if op in (Op.ASIN, Op.ACOS):
+        root = series.sqrt(series.add(series.constant(1.0), series.negative(series.multiply(x, x))))
+        rate = x if op is Op.ASIN else series.negative(x)
+        return series.over(tape.call(op, x.value), rate, root)
+    return series.chosen(op, operands)

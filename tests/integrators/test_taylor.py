@@ -1,0 +1,308 @@
+"""Taylor steps: orders on every group, closed forms, energies, corners at known times, refusals, and what stops a run."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+
+import eomgen
+from eomgen.errors import EomgenError
+from eomgen.lie import product
+from tests.runtime.conftest import shared_cache
+from tests.runtime.scenes import breaking_scene, flyer_scene, pendulum_scene
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+
+
+def controlled_scene() -> eomgen.Scene:
+    """Return a cart that a filtered force drives: internal states, functions of time, a force that is no polynomial in v."""
+    builder = eomgen.SceneBuilder("controlled").parameter("drag", 0.4, tunable=True).input("wish", "sin(2 * t) + 0.3 * t")
+    builder.body("cart", 2.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=5.0)
+    builder.body("pole", 1.0, center_of_mass=[0, 0, -0.6], inertia=[0.1, 0.1, 0.01])
+    builder.joint("hinge", "revolute", "cart", "pole", axis=[0, 1, 0], initial={"position": 0.5})
+    builder.state("filtered", "4 * (wish - filtered)", initial=0.1).state("slow", "filtered - v.rail - slow")
+    return builder.effort("motor", "rail", "filtered - drag * tanh(v.rail) + exp(-slow * slow)").build()
+
+
+SCENES = {"pendulum": pendulum_scene, "flyer": flyer_scene, "controlled": controlled_scene}
+
+
+@cache
+def model(name: str) -> eomgen.Model:
+    return eomgen.build(SCENES[name](), method="taylor")
+
+
+def kinematics(made: eomgen.Model, q: Array, v: Array) -> Array:
+    """Return dq/dt of a product of groups, from NumPy's own quaternion products."""
+    rate = np.zeros(made.nq)
+    for factor in made.factors:
+        own, moves = q[factor.q], v[factor.v]
+        if factor.group == "R":
+            rate[factor.q] = moves
+            continue
+        w, x, y, z = own[:4]
+        turning = 0.5 * np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]) @ moves[:3]
+        rate[factor.q_start : factor.q_start + 4] = turning
+        if factor.group == "SE3":
+            u = np.array([x, y, z])
+            rate[factor.q_start + 4 : factor.q_start + 7] = moves[3:] + 2 * np.cross(u, np.cross(u, moves[3:]) + w * moves[3:])
+    return rate
+
+
+@cache
+def reference(name: str, end: float) -> tuple[Array, Array, Array]:
+    """Return q, v and z at the end by DOP853 on forward dynamics and quaternions."""
+    made = model(name)
+    ends = np.cumsum([made.nq, made.nv])
+
+    def rate(t: float, y: Array) -> Array:
+        q, v, z = np.split(y, ends)
+        u = made.input_values(np.array([t]))[0] if made.nu else None
+        a = made.forward_dynamics(q, v, t, u, z=z)
+        own = made.internal_rates(q, v, z, t, u) if made.nz else np.zeros(0)
+        return np.concatenate([kinematics(made, q, v), a, own])
+
+    start = np.concatenate([made.initial_q, made.initial_v, made.initial_z])
+    found = solve_ivp(rate, (0.0, end), start, method="DOP853", rtol=3e-14, atol=1e-15)
+    q, v, z = np.split(found.y[:, -1], ends)
+    return q, v, z
+
+
+def error(made: eomgen.Model, solution: eomgen.Solution, exact: tuple[Array, Array, Array]) -> float:
+    q = product.difference(made.factors, solution.q[-1:], exact[0][np.newaxis])
+    differences = (q, solution.v[-1] - exact[1], solution.z[-1] - exact[2])
+    return float(max(np.abs(difference).max(initial=0.0) for difference in differences))
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("order", [2, 3, 4, 6])
+def test_order_of_fixed_steps(name: str, order: int) -> None:
+    made, exact = model(name), reference(name, 0.8)
+    steps = {2: (400, 800), 3: (200, 400), 4: (80, 160), 6: (32, 64)}[order]
+    errors = [
+        error(made, made.simulate(0.8, 0.8 / count, method="taylor", order=order, tolerance=0), exact) for count in steps
+    ]
+    slope = np.log(errors[0] / errors[1]) / np.log(steps[1] / steps[0])
+    assert errors[1] > 1e-12, "round-off would hide the order"
+    assert slope == pytest.approx(order, abs=0.2)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("order", "short", "long"), [(7, 0.02, 0.03), (8, 0.03, 0.04), (10, 0.05, 0.06)])
+def test_local_error_of_high_orders(name: str, order: int, short: float, long: float) -> None:
+    made = model(name)
+    errors = [
+        error(made, made.simulate(h, h, method="taylor", order=order, tolerance=0), reference(name, h)) for h in (short, long)
+    ]
+    assert errors[0] > 5e-14, "round-off would hide the order"
+    assert np.log(errors[1] / errors[0]) / np.log(long / short) == pytest.approx(order + 1, abs=0.2)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_errors_follow_the_tolerance(name: str, tolerance: float) -> None:
+    made = model(name)
+    solution = made.simulate(0.8, 0.1, method="taylor", tolerance=tolerance)
+    assert solution.success, solution.message
+    found = error(made, solution, reference(name, 0.8))
+    assert found < 100 * tolerance
+    assert solution.stats["rejections"] == 0
+    assert len(solution.t) == 9
+    assert np.allclose(np.linalg.norm(solution.q[:, :4], axis=1), 1.0, rtol=0, atol=1e-15) or name != "flyer"
+
+
+def test_pendulum_against_elliptic_functions() -> None:
+    length, start, gravity = 0.7, 2.5, 9.81
+    builder = eomgen.SceneBuilder("swing", gravity=[0, 0, -gravity]).body("bob", 1.3, center_of_mass=[0, 0, -length])
+    builder.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": start})
+    solution = eomgen.build(builder.build(), method="taylor").simulate(20.0, 0.25, method="taylor", tolerance=1e-16)
+    k, rate = np.sin(start / 2), np.sqrt(gravity / length)
+    sn = ellipj(ellipk(k * k) - rate * solution.t, k * k)[0]
+    assert np.abs(solution.q[:, 0] - 2 * np.arcsin(k * sn)).max() < 2e-12
+    total = solution.energy["total"]
+    assert np.ptp(total) < 1e-14 * 20 * gravity * length
+    assert solution.stats["expansions"] < 170
+
+
+def test_free_symmetric_body_against_its_closed_form() -> None:
+    inertia, spin = np.array([0.3, 0.3, 0.5]), np.array([1.2, -0.4, 7.0])
+    builder = eomgen.SceneBuilder("plate", gravity=[0, 0, 0]).body("plate", 2.0, inertia=inertia.tolist())
+    builder.joint("free", "spherical", "base", "plate", initial={"velocity": spin.tolist()})
+    solution = eomgen.build(builder.build(), method="taylor").simulate(5.0, 0.1, method="taylor", tolerance=1e-15)
+    momentum = inertia * spin / inertia[0]
+    own = (1 - inertia[2] / inertia[0]) * spin[2]
+    for t, q, v in zip(solution.t, solution.q, solution.v, strict=True):
+        expected = quaternion_product(quaternion_of(t * momentum), quaternion_of(np.array([0, 0, own * t])))
+        assert min(np.abs(q - expected).max(), np.abs(q + expected).max()) < 2e-13
+        c, s = np.cos(own * t), np.sin(own * t)
+        assert v == pytest.approx([c * spin[0] + s * spin[1], c * spin[1] - s * spin[0], spin[2]], abs=3e-13)
+
+
+def quaternion_of(rotation: Array) -> Array:
+    angle = np.linalg.norm(rotation)
+    return np.append(np.cos(angle / 2), np.sin(angle / 2) * rotation / angle) if angle else np.array([1.0, 0, 0, 0])
+
+
+def quaternion_product(p: Array, q: Array) -> Array:
+    return np.append(p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))
+
+
+def test_steps_do_not_depend_on_the_grid_of_records() -> None:
+    made = model("pendulum")
+    fine = made.simulate(1.6, 0.01, method="taylor", tolerance=1e-11)
+    coarse = made.simulate(1.6, 0.4, method="taylor", tolerance=1e-11)
+    assert fine.stats["expansions"] == coarse.stats["expansions"]
+    assert np.abs(fine.q[::40] - coarse.q).max() < 1e-15  # 40 * 0.01 is not 0.4
+    assert np.abs(fine.a[::40] - coarse.a).max() < 1e-12
+
+
+def test_parameters_and_held_inputs_reach_the_series() -> None:
+    made = model("pendulum")
+    options: dict[str, Any] = {"parameters": {"length": 0.8, "shake": 0.1}, "inputs": {"torque": 0.35}}
+    ours = made.simulate(1.0, 0.1, method="taylor", **options)
+    other = made.simulate(1.0, 1e-4, method="rk4", record_every=1000, **options)
+    assert np.abs(ours.q - other.q).max() < 1e-11
+    assert np.abs(ours.q - made.simulate(1.0, 0.1, method="taylor").q).max() > 0.01
+
+
+LATE = 0.503
+
+
+def pushed(formula: str, **curve: Any) -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).parameter("late", LATE).parameter("soft", 0.2, tunable=True)
+    builder.body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=25.0, initial={"position": 0.1})
+    if curve:
+        builder.curve("told", **curve)
+    return builder.input("push", formula).effort("push", "rail", "push").build()
+
+
+CORNERS = {
+    "jump": ("3 if t > late else 0", {}),
+    "bend": ("3 * max(0, t - late)", {}),
+    "curve": ("told(t)", {"points": [[0, 0], [0.2, 1], [LATE, -2], [0.8, 1], [2, 0]]}),
+}
+
+
+@pytest.mark.parametrize("said", CORNERS)
+def test_steps_end_at_known_corners(said: str) -> None:
+    formula, curve = CORNERS[said]
+    made = eomgen.build(pushed(formula, **curve), method="taylor")
+    solution = made.simulate(1.2, 0.4, method="taylor", tolerance=1e-13)
+    assert solution.success, solution.message
+
+    def rate(t: float, y: Array) -> Array:
+        return np.array([y[1], made.input_values(np.array([t]))[0, 0] - 25.0 * y[0]])
+
+    y = np.array([0.1, 0.0])
+    breaks = [0.0, *sorted({LATE, *(point[0] for point in curve.get("points", []) if 0 < point[0] < 1.2)}), 1.2]
+    for start, end in pairwise(breaks):
+        inside = (start + 1e-13, end - 1e-13)
+        y = solve_ivp(rate, inside, y, method="DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+    assert np.abs(np.array([solution.q[-1, 0], solution.v[-1, 0]]) - y).max() < 1e-11
+
+
+REFUSED = {
+    "the motion": ("abs(v.rail)", "abs(), decided by the motion"),
+    "a parameter": ("1 if t > soft else 0", "lt(), decided by a tunable parameter or a formula that is not linear in time"),
+    "a formula of time": ("max(0, sin(t))", "max(), decided by a tunable parameter or a formula that is not linear in time"),
+    "a curve of a coordinate": ("told(q.rail)", "the pieces of curve 'told', decided by the motion"),
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_corners_at_unknown_times_are_refused(said: str) -> None:
+    formula, text = REFUSED[said]
+    builder = eomgen.SceneBuilder("rough").parameter("soft", 0.2, tunable=True)
+    builder.body("mass", 1.0).joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])
+    builder.curve("told", points=[[-1, 0], [0.2, 1], [1, -2]])
+    made = eomgen.build(builder.effort("push", "rail", formula).build())
+    with pytest.raises(EomgenError) as caught:
+        made.simulate(1.0, 0.1, method="taylor")
+    assert str(caught.value) == (
+        "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or corners at times that are "
+        f"known; here are {text}; try: generalized_alpha"
+    )
+
+
+BAD = [
+    ({"order": 1}, "order: the order must be a whole number, 2 to 40, not 1; try: 20"),
+    ({"order": 2.5}, "order: the order must be a whole number, 2 to 40, not 2.5; try: 20"),
+    (
+        {"tolerance": -1e-9},
+        "tolerance: the tolerance must lie in 0..0.1, not -1e-09; try: 1e-10, or 0 for steps of the time grid",
+    ),
+    (
+        {"tolerance": 0},
+        "order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the order follows",
+    ),
+    (
+        {"inputs": {"torque": np.sin}},
+        "input torque: taylor needs the time derivatives of inputs, which a function from outside does not have; try: a number "
+        "here; a formula or a curve of the scene for the input torque; or another method",
+    ),
+    ({"rho_inf": 0.5}, "rho_inf: taylor takes no rho_inf; try: only order, tolerance"),
+]
+
+
+@pytest.mark.parametrize(("options", "text"), BAD)
+def test_what_a_run_cannot_take(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(EomgenError) as caught:
+        model("pendulum").simulate(1.0, 0.1, method="taylor", **options)
+    assert str(caught.value) == f"usage error: {text}"
+
+
+def test_constraints_are_refused_with_a_reason() -> None:
+    builder = eomgen.SceneBuilder("closed", coordinates="absolute")
+    builder.body("bob", 1.0, center_of_mass=[0, 0, -1], inertia=[1, 1, 1])
+    made = eomgen.build(builder.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0]).build())
+    with pytest.raises(EomgenError, match="taylor needs a system without constraints: it expands ordinary"):
+        made.simulate(1.0, 0.1, method="taylor")
+
+
+def test_a_run_stops_before_a_singularity_with_the_last_good_state() -> None:
+    solution = eomgen.build(breaking_scene(), method="taylor").simulate(1.0, 0.01, method="taylor", tolerance=1e-9)
+    assert not solution.success
+    assert 0.4 < solution.t[-1] <= 0.5
+    assert np.all(np.isfinite(solution.q))
+    assert solution.message.startswith(f"stopped at t = {solution.t[-1]:.9g} s, after {len(solution.t) - 1} of 100 steps")
+
+
+def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
+    builder = eomgen.SceneBuilder("explosion", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 1.0, "velocity": 1.0})
+    made = eomgen.build(builder.effort("push", "rail", "2 * q.rail**3").build(), method="taylor")  # q = 1/(1 - t)
+    solution = made.simulate(2.0, 0.01, method="taylor", tolerance=1e-10)
+    assert not solution.success
+    assert 0.99 <= solution.t[-1] <= 1.0
+    assert solution.q[99, 0] == pytest.approx(100.0, rel=1e-6)
+    assert "the motion has a singularity near" in solution.message
+
+
+def test_a_false_small_coefficient_is_found_out() -> None:
+    builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])
+    made = eomgen.build(builder.effort("push", "rail", "t**24").build(), method="taylor")
+    solution = made.simulate(1.5, 1.5, method="taylor", order=8, tolerance=1e-10)  # all coefficients kept are zero at first
+    assert solution.success, solution.message
+    assert solution.q[-1, 0] == pytest.approx(1.5**26 / (25 * 26), rel=1e-6)
+
+
+def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    made = model("flyer")
+    whole = made.simulate(1.0, 0.01, method="taylor")
+    made.simulate(0.37, 0.01, method="taylor", checkpoint=tmp_path / "run.ckpt")
+    second = made.resume(tmp_path / "run.ckpt", 1.0)
+    assert np.array_equal(second.q, whole.q[37:])
+    assert np.array_equal(second.a, whole.a[37:])
+    assert second.stats["expansions"] == whole.stats["expansions"]
