@@ -12,6 +12,8 @@ from typing import Any, Literal
 from eomgen.errors import Problem
 from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
+from eomgen.scene.beam_frames import check_frames, check_not_absolute
+from eomgen.scene.beams import read_beam
 from eomgen.scene.bushings import read_bushing
 from eomgen.scene.constraints import check_closings, read_constraint
 from eomgen.scene.controllers import check_loops, read_controller, states_of
@@ -161,7 +163,8 @@ class _Assembler:
         )
         defaults = {name: parameter.value for name, parameter in document.parameters.items()}
         self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
-        self.bodies = [*document.bodies, *sorted(refused["bodies"])]
+        self.broken = sorted(refused["bodies"] | refused["beams"])
+        self.bodies = [*document.bodies, *document.beams, *self.broken]
         self.curves = Curves(self.values, folder)
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
@@ -170,17 +173,21 @@ class _Assembler:
         """Return the fields of the Scene; they are right only if the report stays empty. The inertias of ``judged`` are fine."""
         document, values = self.document, self.values
         bodies = {name: self.body(name, body) for name, body in document.bodies.items()}
+        bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items()}
         joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
-        complete = not self.refused["joints"] and not self.refused["bodies"]
-        order = ordered(links, document.bodies, sorted(self.refused["bodies"]), complete, self.report)
+        complete = not self.refused["joints"] and not self.broken
+        sections = {name: "bodies" if body.beam is None else "beams" for name, body in bodies.items()}
+        order = ordered(links, sections, self.broken, complete, self.report)
         check_mimics(joints, self.refused["joints"], self.report)
         inertias = checks.body_inertias(bodies.values(), values)
-        checks.check_inertias({name: entry for name, entry in inertias.items() if name not in judged}, self.report)
-        inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of("bodies", name))}
+        unjudged = {name: entry for name, entry in inertias.items() if name not in judged and sections[name] == "bodies"}
+        checks.check_inertias(unjudged, self.report)
+        inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of(sections[name], name))}
         if complete and len(order) == len(links) == len(bodies):
             tree = [joints[link.name] for link in order]
-            checks.check_motion(tree, inertias, values, absolute=document.coordinates == "absolute")
+            checks.check_motion(tree, inertias, sections, values, absolute=document.coordinates == "absolute")
+            check_frames(tree, bodies, values)
         points = {name: self.point(name, point) for name, point in document.points.items()}
         constraints = tuple(
             read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
@@ -193,6 +200,7 @@ class _Assembler:
                 check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, self.report)
         if document.coordinates == "absolute":
             check_within_half_a_turn(joints.values(), values, self.report)
+            check_not_absolute(document.beams, self.report)
         inputs = tuple(self.input(name, entry) for name, entry in document.inputs.items())
         states, controllers = self.controllers()
         springs = tuple(self.spring(name, spring) for name, spring in document.springs.items())

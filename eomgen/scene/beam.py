@@ -13,7 +13,9 @@ from typing import Literal
 from eomgen.scene.formula_nodes import Formula, Number
 
 DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]
+Ends = Literal["clamped_free", "free_free", "pinned_pinned"]
 ShapeFunctions = Literal["clamped_free", "free_free", "pinned_pinned", "polynomial", "finite_elements"]
+Normalisation = Literal["natural", "mean_square", "unit"]
 
 #: Order in which the elastic coordinates of a beam come.
 KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "torsion")
@@ -38,6 +40,11 @@ class Deformation:
     stiffness_damping : D = this times K, s
     inertia_factor : multiplies the inertia of these coordinates among themselves; 1 unless published data need it
     initial_position, initial_velocity : one number per coordinate, empty for zeros
+    nodal : coordinates are the nodal displacements of the mesh (m; slopes in rad), not its modes
+    normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes the
+        deflection of a free second end 1, else the greatest one
+    masses : (x, mass, inertia) of what the modes of a mesh are found with, x in m, the others by ``mass_per_length`` (by
+        ``polar_inertia`` of torsion) at its default; they are no mass of the beam
     """
 
     kind: DeformationKind
@@ -45,12 +52,15 @@ class Deformation:
     modes: int
     stiffness: Formula
     elements: int = 0
-    ends: str = "clamped_free"
+    ends: Ends = "clamped_free"
     damping_ratio: float = 0.0
     stiffness_damping: Formula = _ZERO
     inertia_factor: Formula = _ONE
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
+    nodal: bool = False
+    normalisation: Normalisation = "natural"
+    masses: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)

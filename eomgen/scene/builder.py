@@ -138,6 +138,47 @@ class SceneBuilder:
         """
         return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia, group=group)
 
+    def beam(
+        self,
+        name: str,
+        length: Value,
+        *,
+        start: Value = 0.0,
+        mass_per_length: Value | None = None,
+        polar_inertia: Value | None = None,
+        section: Mapping[str, Any] | None = None,
+        mass_profile: Sequence[Value] = (1.0,),
+        polar_profile: Sequence[Value] = (1.0,),
+        bending_y: Mapping[str, Any] | None = None,
+        bending_z: Mapping[str, Any] | None = None,
+        stretch: Mapping[str, Any] | None = None,
+        torsion: Mapping[str, Any] | None = None,
+        order: int = 1,
+        stiffening: bool = True,
+    ) -> Self:
+        """Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
+
+        Each way to deform is a table with the keys modes, stiffness and where wanted shapes, ends, elements, damping_ratio,
+        initial and others, as in a scene file; those that are not given do not happen. Joints carry a beam as any body.
+        """
+        return self._enter(
+            "beams",
+            name,
+            length=length,
+            start=start,
+            mass_per_length=mass_per_length,
+            polar_inertia=polar_inertia,
+            section=section,
+            mass_profile=mass_profile,
+            polar_profile=polar_profile,
+            bending_y=bending_y,
+            bending_z=bending_z,
+            stretch=stretch,
+            torsion=torsion,
+            order=order,
+            stiffening=stiffening,
+        )
+
     def joint(
         self,
         name: str,
@@ -447,7 +488,7 @@ class SceneBuilder:
 
         return from_data(self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems)
 
-    def _enter(self, section: str, name: str, **values: Any) -> Self:
+    def _enter(self, section: str, name: str, /, **values: Any) -> Self:
         """Store an entry of a section (or the section itself, where it has no named entries), and the caller's line."""
         place = _caller()
         key = key_of(section, str(name)) if name != "" or section not in ("base", "simulation") else section

@@ -44,10 +44,12 @@ NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digi
 def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
     if not is_legal(name):
         return f"the name {shown(name)} is not legal", NAME_RULE
-    if section == "bodies" and name == BASE:
+    if section in ("bodies", "beams") and name == BASE:
         return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
-    if section == "bodies" and name == WORLD:
+    if section in ("bodies", "beams") and name == WORLD:
         return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
+    if section == "beams" and name in document.bodies:
+        return f"the name {name} is both a body and a beam", "another name for one of them"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in _BARE and name in RESERVED:
@@ -137,7 +139,14 @@ def _directions(joint: Joint) -> np.ndarray[tuple[int, int], np.dtype[np.float64
     return np.array([axis, second, np.cross(axis, second)])
 
 
-def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], values: Values, *, absolute: bool = False) -> None:
+def check_motion(
+    joints: Sequence[Joint],
+    inertias: Mapping[str, Inertia],
+    sections: Mapping[str, str],
+    values: Values,
+    *,
+    absolute: bool = False,
+) -> None:
     """Report the absence of moving joints, and the outermost joints that move no inertia.
 
     In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
@@ -148,8 +157,10 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
         Parents first.
     inertias : mapping
         Of each body; joints that carry a body missing here are not judged.
+    sections : mapping
+        The section of each body: those of ``beams`` move wherever they are fixed.
     """
-    if all(joint.type == "fixed" for joint in joints):
+    if all(joint.type == "fixed" and sections[joint.child] == "bodies" for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
     carried: dict[str, list[Inertia] | None] = {}
     coupled = led_or_following(joints, inertias, values)
@@ -181,6 +192,7 @@ def check_motion(joints: Sequence[Joint], inertias: Mapping[str, Inertia], value
             fault = immovable(joint.type, _directions(joint), whole, rotors, values.value(joint.pitch))
             if fault:
                 what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
-                hint = _moving_hint(joint)
+                beam = sections[joint.child] == "beams"
+                hint = "polar_inertia for the beam, or another joint" if beam else _moving_hint(joint)
                 values.report.add(key_of("joints", joint.name), what, hint)
         moving_beyond.add(joint.parent)

@@ -55,11 +55,11 @@ _AXES = ("x", "y", "z")
 
 def _child_hint(data: Mapping[str, Any]) -> str:
     """Return which body a joint without a child may be meant to carry: one that no other joint carries."""
-    bodies, joints = (data.get(section) for section in ("bodies", "joints"))
-    if not (isinstance(bodies, Mapping) and isinstance(joints, Mapping)):
+    bodies, beams, joints = (data.get(section, {}) for section in ("bodies", "beams", "joints"))
+    if not (isinstance(bodies, Mapping) and isinstance(beams, Mapping) and isinstance(joints, Mapping)):
         return "child = ..."
     carried = {str(joint.get("child")) for joint in joints.values() if isinstance(joint, Mapping)}
-    free = [str(body) for body in bodies if body not in carried]
+    free = [str(body) for body in (*bodies, *beams) if body not in carried]
     return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
 
 

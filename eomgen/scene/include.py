@@ -67,8 +67,8 @@ class _Includer:
             inner = None if entry is None else self.opened(key_of("include", name), entry, report, folder, chain)
             if entry is not None and inner is not None:
                 opened.append((name, entry, inner))
-        bodies = [BASE, *_names(part.data, "bodies")]
-        bodies += [_prefix(name, entry) + body for name, entry, inner in opened for body in _names(inner.data, "bodies")]
+        bodies = [BASE, *_bodies(part.data)]
+        bodies += [_prefix(name, entry) + body for name, entry, inner in opened for body in _bodies(inner.data)]
         for name, entry, inner in opened:
             if entry.parent not in bodies:
                 key = f"{key_of('include', name)}.parent"
@@ -177,6 +177,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
+    names["bodies"] |= names["beams"]
     names["states"] |= {made: prefix + made for made in _made_states(inner.data)}
     space = Namespace(names, values)
     base = _base(name, entry, part, report)
@@ -233,6 +234,11 @@ def _made_states(data: Mapping[str, Any]) -> list[str]:
 
 def _prefix(name: str, entry: Include) -> str:
     return f"{name}_" if entry.prefix is None else entry.prefix
+
+
+def _bodies(data: Mapping[str, Any]) -> list[str]:
+    """Return what joints can carry: bodies and beams."""
+    return _names(data, "bodies") + _names(data, "beams")
 
 
 def _names(data: Mapping[str, Any], section: str) -> list[str]:

@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, model_validator
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME
 from eomgen.scene.scene import TERMS, JointType
+from eomgen.scene.schema_beams import Beam
 from eomgen.scene.schema_control import Controller, State
 from eomgen.scene.schema_forces import Bushing, Friction, Limits, Tyre
 from eomgen.scene.schema_include import Include
@@ -41,6 +42,7 @@ SECTIONS = (
     "states",
     "controllers",
     "bodies",
+    "beams",
     "joints",
     "constraints",
     "points",
@@ -337,6 +339,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     controllers: dict[str, Controller] = {}
     base: Base | None = None
     bodies: dict[str, Body] = {}
+    beams: dict[str, Beam] = {}
     joints: dict[str, Joint] = {}
     constraints: dict[str, Constraint] = {}
     points: dict[str, Point] = {}

@@ -20,7 +20,7 @@ class Link(NamedTuple):
 
 
 def ordered(
-    links: Sequence[Link], bodies: Collection[str], refused: Collection[str], complete: bool, report: Report
+    links: Sequence[Link], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
 ) -> list[Link]:
     """Return the joints with parents before children, in the user's order otherwise; report what breaks the tree.
 
@@ -28,8 +28,8 @@ def ordered(
     ----------
     links : sequence of Link
         In the user's order.
-    bodies : collection of str
-        Declared bodies.
+    bodies : mapping
+        The section in which each body is declared, by its name.
     refused : collection of str
         Bodies whose declarations are broken: they exist, but nothing is known of them.
     complete : bool
@@ -75,7 +75,7 @@ def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Co
     return order
 
 
-def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Collection[str], report: Report) -> None:
+def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Mapping[str, str], report: Report) -> None:
     """Report bodies without a joint, cycles, and what hangs from either."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}
@@ -94,8 +94,8 @@ def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Col
         end_of.update(dict.fromkeys([*path, body], end))
         if end not in carrier and path:
             hanging.setdefault(end, []).extend(path)
-    for body in bodies:
+    for body, section in bodies.items():
         if body not in carrier:
             others = hanging.get(body, [])
             rest = f", nor what hangs from it: {listed(others)}" if others else ""
-            report.add(key_of("bodies", body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"')
+            report.add(key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"')
