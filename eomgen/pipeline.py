@@ -157,7 +157,10 @@ def build(
         needed = terms_of(other, constrained, bool(scene.states))
         return _library(scene, [("iteration" if long and term == "partials" else term) for term in needed], other, profile, real)
 
-    return Model(scene, library, stepper, start)
+    def built(others: Sequence[str]) -> Model:
+        return build(scene, others, method=method, profile=profile, real=real)
+
+    return Model(scene, library, stepper, start, built)
 
 
 def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:

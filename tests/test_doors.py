@@ -24,11 +24,12 @@ DOORS: dict[str, set[str]] = {
     "system": {"errors", "symbolic"},
     "mechanics": {"errors", "symbolic", "lie", "scene", "system"},
     "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
+    "linear": {"errors", "lie"},
     "codegen": {"errors", "resources", "system", "symbolic", "lie", "integrators"},
     "build": {"errors"},
     "control": {"errors"},
     "resources": {"errors"},
-    "runtime": {"errors", "resources", "build", "codegen.layout", "integrators", "lie", "scene"},
+    "runtime": {"errors", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "scene"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

@@ -40,6 +40,7 @@ class Equilibrium:
     stable : False where a direction is unstable; None where internal states or forces that follow the motion decide
     undetermined : components of v along which nothing pulls back
     message : all of this in one sentence
+    base : (19,) state of the base, held where it is at t; None where it is the world
     """
 
     q: Array
@@ -54,6 +55,7 @@ class Equilibrium:
     stable: bool | None
     undetermined: Sequence[str]
     message: str
+    base: Array | None = None
 
     @property
     def initial(self) -> dict[str, Array]:
@@ -120,7 +122,7 @@ def equilibrium(
         except np.linalg.LinAlgError:
             continue
         if found.balanced:
-            return _result(model, found, time)
+            return _result(model, found, time, held_base(model, p, time))
         failed.append(found)
     raise _failure(model, failed[0] if failed else Search(first, False, 0))
 
@@ -128,11 +130,7 @@ def equilibrium(
 def _statics(model: Model, p: Array, t: float, u: Inputs) -> Statics:
     """Return the model at rest, its base held where it is at t."""
     rest, rows = np.zeros(model.nv), len(model.multipliers)
-    given: dict[str, Any] = {"t": t, "parameters": p}
-    if "base" in model.functions:
-        base = model.base(t, parameters=p)
-        base[7:] = 0.0
-        given["base"] = base
+    given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
     forces = given | {"u": u}
     holonomic = model.functions.sizes["holonomic"]
 
@@ -159,7 +157,16 @@ def _statics(model: Model, p: Array, t: float, u: Inputs) -> Statics:
     )
 
 
-def _result(model: Model, found: Search, t: float) -> Equilibrium:
+def held_base(model: Model, p: Array, t: float) -> Array | None:
+    """Return the base held where it is at t, (19,); None where it does not move at all."""
+    if "base" not in model.functions:
+        return None
+    base = model.base(t, parameters=p)
+    base[7:] = 0.0
+    return base
+
+
+def _result(model: Model, found: Search, t: float, base: Array | None) -> Equilibrium:
     point = found.point
     scale = point.largest_stiffness
     values, vectors = np.linalg.eigh(point.symmetric)
@@ -183,7 +190,7 @@ def _result(model: Model, found: Search, t: float) -> Equilibrium:
         message += f"; nothing determines {_few(undetermined)}"
     return Equilibrium(
         point.q, np.zeros(model.nv), point.z, point.lam, t, residual, acceleration, found.steps, frequencies, stable,
-        tuple(undetermined), message,
+        tuple(undetermined), message, base,
     )  # fmt: skip
 
 

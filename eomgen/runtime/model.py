@@ -55,16 +55,21 @@ class Model(Bodies, InternalStates, Rates, Runs):
         Gives the library with the stepper of a method.
     start : callable, optional
         Gives q and v of the scene's initial state at other parameters, where they depend on them.
+    built : callable, optional
+        Builds a model of the same scene with other terms.
     """
 
     def __init__(
-        self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None
-    ) -> None:
+        self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
+        built: Callable[[Sequence[str]], Model] | None = None,
+    ) -> None:  # fmt: skip
         layout = library.layout
         self.scene = scene
         self.library = library
         self.stepper = stepper
         self.start = start
+        self._built = built
+        self._others: dict[tuple[str, ...], Model] = {}
         self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
@@ -125,6 +130,15 @@ class Model(Bodies, InternalStates, Rates, Runs):
     def terms(self) -> tuple[str, ...]:
         """What the model was built with."""
         return tuple(name for name in self.functions.names if name not in DRIVERS)
+
+    def having(self, terms: Sequence[str]) -> Model:
+        """Return a model of this scene that has all of some terms: this one, or another, compiled when it is first needed."""
+        wanted = tuple(terms)
+        if all(name in self.functions for name in wanted) or self._built is None:
+            return self
+        if wanted not in self._others:
+            self._others[wanted] = self._built(wanted)
+        return self._others[wanted]
 
     # -- separated terms -----------------------------------------------------------------------------------------------
 

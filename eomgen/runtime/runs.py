@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from eomgen.runtime.terms import Inputs, Parameters
+from numpy.typing import ArrayLike
+
+from eomgen.runtime.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
     from eomgen.runtime.equilibrium import Equilibrium
+    from eomgen.runtime.linearize import Rest
     from eomgen.runtime.model import Model
     from eomgen.runtime.solution import Solution
 
@@ -31,6 +35,50 @@ class Runs:
         from eomgen.runtime.equilibrium import equilibrium  # noqa: PLC0415
 
         return equilibrium(cast("Model", self), initial, parameters, t, u, any_kind=any_kind)
+
+    def linearize(
+        self, q: ArrayLike | None = None, v: ArrayLike | None = None, a: ArrayLike | None = None, t: float = 0.0,
+        u: Inputs = None, *, z: States = None, multipliers: ArrayLike | None = None, parameters: Parameters = None,
+        base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
+        any_kind: bool = False, independent: Sequence[str] = (),
+    ) -> Linearization:  # fmt: skip
+        """Return the linear model about a state: second order, state space, modes, frequency responses.
+
+        Without a state: about the static equilibrium near the initial state at ``t``, or, where there is none, about the
+        initial state itself. What depends on time is frozen at ``t``.
+
+        Parameters
+        ----------
+        q, v, a : (nq,), (nv,), (nv,)
+            A state; v is 0 and a is that of forward dynamics where they are not given.
+        t, u, z, parameters, base : as of the model's functions
+        multipliers : (rows,)
+            Those of the state where they are not given.
+        at : str, or a result of ``equilibrium`` or ``steady_motion``
+            ``equilibrium`` (an error where there is none) or ``initial``.
+        initial : mapping
+            As of ``simulate``: where to start, or to look for equilibrium.
+        any_kind : bool
+            Whether an unstable equilibrium will do: the nearest.
+        independent : sequence of str
+            Components (``hinge``, ``ball[2]``) to be independent coordinates, where constraints leave a choice.
+
+        Raises
+        ------
+        UsageError
+            Arguments that cannot be taken; a state that does not meet the constraints.
+        ModelError
+            Constraints depend on each other in this state.
+        NumericalError
+            No equilibrium was found where one was asked for, or partials are not finite.
+        """
+        from eomgen.runtime.linearize import linearize  # noqa: PLC0415
+
+        given = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
+        return linearize(
+            cast("Model", self), given, t, u, parameters=parameters, base=base, at=at, initial=initial, any_kind=any_kind,
+            independent=independent,
+        )  # fmt: skip
 
     def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
         """Go on with a run from its checkpoint, to the same bits; see ``runtime.resume.resume`` for all options."""

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,9 @@ from eomgen.runtime.scenery import seen
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
 
 Array = NDArray[np.float64]
 _BATCH = 8192
@@ -202,6 +205,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         metadata={**described, "start": run.begun, "corrections": run.corrections, "notes": notes},
         see=lambda: seen(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
+        linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
     )  # fmt: skip
 
 
@@ -260,6 +264,14 @@ def outputs_of(model: Model, state: State, signals: InputSignals | None, p: Arra
     """Return the outputs of a state at times (...), with the inputs of the run at these times."""
     u = None if signals is None else signals.rows(state.t.ravel()).reshape(*state.t.shape, model.nu)
     return model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
+
+
+def linear_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> Linearization:
+    """Return the linear model about a state of a run, with its inputs at that time."""
+    from eomgen.runtime.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
+
+    u = None if signals is None else signals.rows(np.atleast_1d(state.t))[0]
+    return about_motion(model, state, u, p)
 
 
 def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:

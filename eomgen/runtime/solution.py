@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.runtime.coordinates import component_names
 from eomgen.runtime.dense import Rows, State, largest_errors, state_at
 from eomgen.runtime.files import read_arrays, write_arrays, write_table
+from eomgen.runtime.run_settings import number_of
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
 
 Array = NDArray[np.float64]
 
@@ -44,6 +48,7 @@ class Solution:
     metadata : scene, version, method, step, parameters, names and units of components
     see : gives what pictures show, when it is first asked for; None where it is not known
     evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
+    linear : likewise the linear model about a ``State``
     """
 
     t: Array
@@ -61,13 +66,14 @@ class Solution:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     see: Callable[[], Seen] | None = None
     evaluate: Callable[[State], dict[str, Array]] | None = None
+    linear: Callable[[State], Linearization] | None = None
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
-        return {**vars(self), "see": None, "evaluate": None}
+        return {**vars(self), "see": None, "evaluate": None, "linear": None}
 
     @cached_property
     def seen(self) -> Seen:
@@ -186,6 +192,23 @@ class Solution:
             hint = "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of the run"
             raise UsageError(Problem("outputs_at", what, hint))
         return self.evaluate(self.at(t))
+
+    def linearize(self, t: float) -> Linearization:
+        """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
+
+        Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints where there
+        are any. Inputs and parameters are those of the run.
+
+        Raises
+        ------
+        UsageError
+            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+        """
+        if self.linear is None:
+            what = "a linear model needs the model and the inputs of the run, which a stored solution does not hold"
+            hint = "s = solution.at(t), then model.linearize(s.q, s.v, t=s.t, u=..., z=s.z, parameters=...) with those of the run"
+            raise UsageError(Problem("linearize", what, hint))
+        return self.linear(self.at(number_of("t", t)))
 
     def interpolation_error(self) -> dict[str, float]:
         """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``, ``a``, ``z``.

@@ -1,0 +1,1 @@
+"""Linear models of mechanical systems: free coordinates, state space, modes, frequency responses. Knows no mechanics."""

@@ -1,0 +1,114 @@
+"""Modes of a state-space matrix: frequency, damping ratio and complex shape of each, and how well rounding lets them be known.
+
+An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x| (Wilkinson
+1965). For the double zero of a motion that nothing opposes that is the square root of the precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+#: Rounding errors are this many times the bound's unit.
+_MARGIN = 16.0
+_EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """One mode for each real eigenvalue and for each conjugate pair, slowest first.
+
+    Attributes
+    ----------
+    eigenvalues : (n,) complex, 1/s, imaginary parts not negative
+    angular_frequency : (n,) |eigenvalue|, rad/s; of an oscillation that without damping
+    frequency : (n,) the same in Hz
+    damping_ratio : (n,) -Re / |eigenvalue|: 1 where it decays without oscillation, -1 where it grows so, 0 of a zero eigenvalue
+    uncertainty : (n,) of the eigenvalues by rounding; those below it are zero
+    shapes : (nv, n) complex changes of all coordinates, left-trivialised; the largest is 1
+    state_shapes : (ns, n) complex, with velocities and internal states, in the same scale
+    coordinates : names of the rows of ``shapes``
+    weights : (nv,) roots of inertias, which make coordinates of different units comparable
+    """
+
+    eigenvalues: Complex
+    angular_frequency: Array
+    frequency: Array
+    damping_ratio: Array
+    uncertainty: Array
+    shapes: Complex
+    state_shapes: Complex
+    coordinates: tuple[str, ...]
+    weights: Array
+
+    def __len__(self) -> int:
+        return len(self.eigenvalues)
+
+    @property
+    def oscillating(self) -> NDArray[np.bool_]:
+        """(n,) Whether a mode oscillates."""
+        result: NDArray[np.bool_] = np.abs(self.eigenvalues.imag) > self.uncertainty
+        return result
+
+    @property
+    def stability(self) -> str:
+        """``stable`` where all modes decay, ``unstable`` where one grows, else ``marginal``."""
+        growth = self.eigenvalues.real
+        if np.any(growth > self.uncertainty):
+            return "unstable"
+        return "stable" if np.all(growth < -self.uncertainty) else "marginal"
+
+    def dominant(self, mode: int, count: int = 3) -> list[tuple[str, complex]]:
+        """Return the coordinates that take the largest part in a mode, by the roots of their kinetic energies."""
+        sizes = self.weights * np.abs(self.shapes[:, mode])
+        order = np.argsort(-sizes, kind="stable")[:count]
+        largest = np.max(sizes, initial=0.0)
+        return [(self.coordinates[k], complex(self.shapes[k, mode])) for k in order if sizes[k] > 0.05 * largest]
+
+
+def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias: Array) -> Modes:
+    """Return the modes of sdot = A s.
+
+    Parameters
+    ----------
+    of_coordinates : (nv, ns), dq = of_coordinates s
+    coordinates : names of the components of dq
+    inertias : (nv,) diagonal of the inertia matrix
+    """
+    if not len(A):
+        nothing = np.zeros(0)
+        empty = np.zeros((len(coordinates), 0), complex)
+        return Modes(
+            nothing.astype(complex), nothing, nothing, nothing, nothing, empty, np.zeros((0, 0), complex), tuple(coordinates),
+            np.sqrt(np.abs(inertias)),
+        )  # fmt: skip
+    balanced, back = scipy.linalg.matrix_balance(A, separate=False)
+    found: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = found
+    cosines = np.abs(np.sum(left.conj() * right, axis=0))
+    with np.errstate(divide="ignore", over="ignore"):
+        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(_EPSILON))
+    uncertainty = _MARGIN * _EPSILON * np.linalg.norm(balanced) * condition
+    original = back @ right
+    kept = [int(k) for k in np.argsort(np.abs(values), kind="stable") if values[k].imag >= 0.0]
+    kept.sort(key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real))
+    values, original, uncertainty = values[kept], original[:, kept], uncertainty[kept]
+    shapes = of_coordinates @ original
+    largest = np.argmax(np.abs(shapes), axis=0)
+    of_largest = shapes[largest, np.arange(len(kept))]
+    states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]
+    unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)  # modes of internal states move nothing
+    size = np.abs(values)
+    zero = size <= uncertainty
+    ratio = np.where(zero, 0.0, -values.real / np.where(zero, 1.0, size))
+    return Modes(
+        values, size, size / (2.0 * np.pi), ratio, uncertainty, shapes / unit, original / unit, tuple(coordinates),
+        np.sqrt(np.abs(inertias)),
+    )  # fmt: skip

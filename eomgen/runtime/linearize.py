@@ -1,0 +1,265 @@
+"""Linear models of a compiled model: about equilibria, steady motions, the initial state, and any other state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.linear.freedom import freedom, singular_mechanism
+from eomgen.linear.linearization import Linearization, Names, Reference
+from eomgen.linear.partials import Partials
+from eomgen.runtime import dense
+from eomgen.runtime.arguments import check_finite, check_name, components
+from eomgen.runtime.coordinates import component_names
+from eomgen.runtime.initial import initial_state
+from eomgen.runtime.run_settings import number_of
+from eomgen.runtime.terms import Inputs, Parameters
+from eomgen.scene.disturbances import disturbance_names, driven_inputs
+
+if TYPE_CHECKING:
+    from eomgen.runtime.model import Model
+
+Array = NDArray[np.float64]
+#: How far constraints may be off in a state that is given, in their own units.
+MET = 1e-6
+#: How blocks of the terms are called in ``Partials``; others have the same name there.
+_IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
+
+
+class Rest(Protocol):
+    """A state that ``model.equilibrium`` or ``model.steady_motion`` found."""
+
+    @property
+    def q(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
+    @property
+    def z(self) -> Array: ...
+    @property
+    def multipliers(self) -> Array: ...
+    @property
+    def t(self) -> float: ...
+    @property
+    def base(self) -> Array | None: ...
+
+
+@dataclass(frozen=True)
+class State:
+    """A state to linearise about; accelerations and multipliers are None where the dynamics give them."""
+
+    what: str
+    q: Array
+    v: Array
+    z: Array
+    a: Array | None = None
+    multipliers: Array | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What holds besides the state: time, parameters, inputs, and a base that is not where the scene has it."""
+
+    t: float
+    parameters: Array
+    u: Inputs
+    base: Array | None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Keywords of the model's functions."""
+        return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
+
+
+def terms_needed(model: Model) -> list[str]:
+    """Return the terms from which linear models and the states they are about are made."""
+    terms = ["mass", "residual", "partials", "linearization"]
+    if model.multipliers:
+        terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials"]
+        terms += ["acceleration_partials"]
+    else:
+        terms += ["forward_dynamics"]
+    if model.nz:
+        terms += ["internal_rate", "internal_partials"]
+    return terms + (["output_partials"] if model.library.layout["outputs"] else [])
+
+
+def linearize(
+    model: Model, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
+    base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
+    any_kind: bool = False, independent: Sequence[str] = (),
+) -> Linearization:  # fmt: skip
+    """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    able = model.having(terms_needed(model))
+    setting = Setting(number_of("t", t), p, u, None if base is None else able._terms.base(base))
+    said = sorted(name for name, value in given.items() if value is not None)
+    if said:
+        if "q" not in said:
+            raise UsageError(Problem("linearize", f"{', '.join(said)} need the q of their state", "q=..., or initial=..."))
+        if at is not None or initial is not None:
+            raise UsageError(Problem("linearize", "the state is given by q as well as by at or initial", "one of them"))
+        state = _given_state(able, given)
+        _check_constraints(able, state, setting)
+    elif at is None or isinstance(at, str):
+        state, setting = _found_state(able, at, initial, setting, any_kind=any_kind)
+    else:
+        state = State("steady motion" if np.any(at.v) else "equilibrium", at.q, at.v, at.z, np.zeros(able.nv), at.multipliers)
+        setting = Setting(at.t, p, u, at.base if base is None else setting.base)
+    return about(able, state, setting, independent)
+
+
+def about_motion(model: Model, state: dense.State, u: Array | None, p: Array) -> Linearization:
+    """Return the linear model about a state of a motion, brought onto the constraints."""
+    able, t = model.having(terms_needed(model)), float(state.t)
+    q, v = state.q, state.v
+    if able.multipliers:
+        consistent = able.consistent(q, v, t, parameters=p)
+        q, v = consistent.q, consistent.v
+    return about(able, State("motion", q, v, state.z), Setting(t, p, u, None))
+
+
+def about(model: Model, state: State, setting: Setting, independent: Sequence[str] = ()) -> Linearization:
+    """Return the linear model about a state of a model that has all terms that are needed.
+
+    Raises
+    ------
+    UsageError
+        A component that is to be independent and is not there, or that constraints do not leave free.
+    ModelError, NumericalError
+        Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
+    """
+    a, lam = _dynamics(model, state, setting)
+    names = _names(model)
+    blocks: dict[str, Array] = {}
+    terms = ["linearization", "velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
+    for term in (term for term in terms if term in model.functions):
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **setting.given)
+    blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
+    bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
+    if bad:
+        what = f"partials are not finite numbers in this state: {', '.join(bad)}"
+        raise NumericalError(Problem("linearize", what, "a state in which forces and their slopes have a value"))
+    holonomic = model.functions.sizes["holonomic"]
+    partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
+    for name in independent:
+        check_name("component", name, names.components)
+    free = freedom(model.factors, state.v, a, partials, [names.components.index(name) for name in independent])
+    held = [name for name in independent if names.components.index(name) not in free.coordinates]
+    if held:
+        what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
+        raise UsageError(Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves"))
+    u = _inputs(model, setting)
+    reference = Reference(setting.t, state.q, state.v, a, state.z, u, lam, state.what)
+    return Linearization(reference, partials, free, names)
+
+
+def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Array]:
+    """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
+    given = setting.given | {"z": state.z}
+    if not model.multipliers:
+        a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
+        lam = np.zeros(0)
+    elif state.a is None:
+        try:
+            a, lam = model.constrained_dynamics(state.q, state.v, **given)
+        except np.linalg.LinAlgError:
+            raise singular_mechanism() from None
+    else:
+        a, lam = state.a, np.zeros(0)
+    if model.multipliers and state.multipliers is not None:
+        lam = state.multipliers
+    elif model.multipliers and state.a is not None:
+        rest = np.zeros(len(model.multipliers))
+        (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **setting.given).values()
+        lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
+    check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
+    return a, lam
+
+
+def _given_state(model: Model, given: Mapping[str, Any]) -> State:
+    """Return the caller's state, each part as one vector."""
+    sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
+    parts: dict[str, Array] = {}
+    for name, size in sizes.items():
+        if given.get(name) is None:
+            continue
+        parts[name] = components(name, given[name], size)
+        if parts[name].ndim != 1:
+            what = f"one state is needed, not a batch of shape {parts[name].shape}"
+            raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))
+        check_finite(name, parts[name])
+    parts["q"] = model._terms.configuration(parts["q"])
+    z = model._terms.internal(given.get("z"))
+    v = parts.get("v", np.zeros(model.nv))
+    return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
+
+
+def _check_constraints(model: Model, state: State, setting: Setting) -> None:
+    """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
+    if not model.multipliers:
+        return
+    given = setting.given
+    at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
+    rows = [("rate", model.multipliers, at_velocity)]
+    if model.functions.sizes["holonomic"]:
+        at_position = next(iter(model.evaluate("constraint", state.q, **given).values()))
+        rows.insert(0, ("position", model.multipliers, at_position))
+    if state.a is not None:
+        (B,) = model.evaluate("constraint_jacobian", state.q, **given).values()
+        (g,) = model.evaluate("constraint_bias", state.q, state.v, **given).values()
+        rows.append(("acceleration", model.multipliers, B @ state.a + g))
+    for level, names, values in rows:
+        worst = int(np.argmax(np.abs(values)))
+        if not abs(values[worst]) <= MET:
+            what = f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
+            hint = "a without it, for that of the motion" if level == "acceleration" else "q and v of model.consistent(q, v)"
+            raise UsageError(Problem("linearize", what, hint))
+
+
+def _found_state(
+    model: Model, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
+) -> tuple[State, Setting]:
+    """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
+    check_at = ("equilibrium", "initial")
+    if at not in (None, *check_at):
+        hint = '"equilibrium", "initial", or what model.equilibrium or model.steady_motion found'
+        raise UsageError(Problem("linearize", f"at = {at!r} says nothing", hint))
+    if at != "initial":
+        try:
+            found = model.equilibrium(initial, setting.parameters, setting.t, setting.u, any_kind=any_kind)
+        except (NumericalError, ModelError):
+            if at == "equilibrium":
+                raise
+        else:
+            state = State("equilibrium", found.q, found.v, found.z, np.zeros(model.nv), found.multipliers)
+            return state, Setting(setting.t, setting.parameters, setting.u, found.base if setting.base is None else setting.base)
+    start = initial_state(model, initial, setting.parameters)
+    q, v = start.q, start.v
+    if model.multipliers:
+        consistent = model.consistent(q, v, setting.t, parameters=setting.parameters)
+        q, v = consistent.q, consistent.v
+    return State("initial state", q, v, start.z), setting
+
+
+def _names(model: Model) -> Names:
+    scene = model.scene
+    outputs = [
+        name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
+    ]
+    driven = tuple(model.inputs[number] for number in driven_inputs(scene))
+    return Names(
+        tuple(name.removeprefix("v.") for name in model.v_names), model.states, driven, disturbance_names(scene), tuple(outputs)
+    )
+
+
+def _inputs(model: Model, setting: Setting) -> Array:
+    values = {"t": np.asarray(setting.t), "p": setting.parameters}
+    return model._terms._inputs(setting.u, values)

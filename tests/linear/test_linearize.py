@@ -1,0 +1,215 @@
+"""Where linear models are made: about equilibria, initial states, runs; compiled once; and what is said of bad requests."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen import ModelError, NumericalError, UsageError
+from tests.linear.test_closed_forms import motor, slider_crank
+from tests.linear.test_neighbouring_motions import disc
+from tests.mechanics.test_linearization import drone
+
+
+@pytest.fixture(scope="module")
+def driven() -> eomgen.Model:
+    return eomgen.build(motor(), profile="quick")
+
+
+@pytest.fixture(scope="module")
+def crank() -> eomgen.Model:
+    return eomgen.build(slider_crank("joint"), profile="quick")
+
+
+@pytest.fixture(scope="module")
+def rolling() -> eomgen.Model:
+    return eomgen.build(disc(), profile="quick")
+
+
+def test_one_compilation_serves_all_points(driven: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    driven.linearize()
+    monkeypatch.setattr("eomgen.pipeline.build", None)
+    found = [float(driven.linearize([angle]).K0[0, 0]) for angle in np.linspace(0.0, 1.0, 5)]
+    np.testing.assert_allclose(found, 1.5 * 9.81 * 0.4 * np.cos(np.linspace(0.0, 1.0, 5)), rtol=1e-12)
+
+
+def test_a_model_with_the_terms_needs_no_other(driven: eomgen.Model) -> None:
+    terms = ["mass", "residual", "partials", "linearization", "forward_dynamics", "output_partials"]
+    model = eomgen.build(motor(), terms=terms, profile="quick")
+    assert model.having(terms) is model
+    np.testing.assert_array_equal(model.linearize([0.3]).K0, driven.linearize([0.3]).K0)
+    (blocks,) = (model.evaluate("linearization", [0.3], [0.0], [0.0]),)
+    assert list(blocks) == ["M0", "C0", "K0", "B0", "E0"]
+
+
+def test_along_a_run(driven: eomgen.Model) -> None:
+    solution = driven.simulate(0.5, 1e-3, inputs={"torque": lambda t: 2.0 * t}, initial={"hinge": 0.4})
+    lin = solution.linearize(0.3)
+    state = solution.at(0.3)
+    same = driven.linearize(state.q, state.v, t=0.3, u={"torque": 0.6})
+    np.testing.assert_array_equal(lin.K0, same.K0)
+    np.testing.assert_array_equal(lin.reference.u, [0.6, 0.1 * math.sin(0.3)])
+    assert lin.reference.what == "motion"
+    np.testing.assert_allclose(lin.reference.a, state.a, atol=1e-3)
+    with pytest.raises(UsageError, match="a linear model needs the model and the inputs of the run"):
+        pickle.loads(pickle.dumps(solution)).linearize(0.3)
+
+
+def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
+    lin = crank.simulate(0.2, 1e-3, initial={"main": {"velocity": 3.0}}).linearize(0.1234)
+    assert len(lin.coordinates) == 1
+    q, v = lin.reference.q, lin.reference.v
+    assert np.max(np.abs(crank.evaluate("constraint", q)["Phi"])) <= 1e-10
+    assert np.max(np.abs(crank.evaluate("constraint_velocity", q, v)["w"])) <= 1e-10
+
+
+def test_default_is_the_initial_state_where_nothing_balances() -> None:
+    builder = eomgen.SceneBuilder("falling").body("stone", 2.0, inertia=[0.1, 0.2, 0.25])
+    model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="quick")
+    lin = model.linearize()
+    assert lin.reference.what == "initial state"
+    np.testing.assert_allclose(lin.reference.a, [0, 0, 0, 0, 0, -9.81], atol=1e-14)
+    with pytest.raises(NumericalError, match=r"nothing holds v\.flight\[5\]: it accelerates with -9\.81"):
+        model.linearize(at="equilibrium")
+    assert model.linearize(at="initial").reference.what == "initial state"
+
+
+def test_about_an_equilibrium_found_before(driven: eomgen.Model) -> None:
+    found = driven.equilibrium({"hinge": 3.0}, any_kind=True)
+    lin = driven.linearize(at=found)
+    assert lin.reference.what == "equilibrium"
+    assert lin.modes().stability == "unstable"
+
+
+def test_a_base_is_held_at_an_equilibrium() -> None:
+    """The shaking base acts as a disturbance: a hanging pendulum's response to it is that of the textbook."""
+    builder = eomgen.SceneBuilder("shaken").base(position=["0.3 * sin(5 * t)", 0, 0])
+    builder.body("bob", 2.0, center_of_mass=[0, 0, -0.7]).joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0])
+    model = eomgen.build(builder.build(), profile="quick")
+    lin = model.linearize(t=0.3)
+    np.testing.assert_allclose(lin.reference.q, [0.0], atol=1e-12)
+    assert lin.names.disturbances == ("base.acceleration[0]", "base.acceleration[1]", "base.acceleration[2]")
+    np.testing.assert_allclose(lin.E0, [[2.0 * 0.7, 0.0, 0.0]], atol=1e-12)  # a turn about y moves the bob to -x
+    np.testing.assert_allclose(lin.K0, [[2.0 * 9.81 * 0.7]], rtol=1e-12)
+    space = lin.state_space()
+    assert (space.B.shape, space.E.shape, space.C.shape) == ((2, 0), (2, 3), (0, 2))
+
+
+def test_large_trees_are_linearised_on_request() -> None:
+    builder = eomgen.SceneBuilder("chain")
+    parent = "base"
+    for k in range(70):
+        builder.body(f"link{k}", 0.1, center_of_mass=[0, 0, -0.05])
+        place = [0, 0, 0] if k == 0 else [0, 0, -0.1]
+        builder.joint(f"hinge{k}", "revolute", parent, f"link{k}", axis=[0, 1, 0], position=place)
+        parent = f"link{k}"
+    model = eomgen.build(builder.build(), terms=["forward_dynamics"], profile="quick")
+    frequencies = model.linearize(np.zeros(70)).undamped_frequencies
+    # of a hanging chain with length 7: j0 / 2 sqrt(g / l); links of finite length and half a link's mass make the difference
+    np.testing.assert_allclose(frequencies[:2], np.array([2.404826, 5.520078]) / 2.0 * math.sqrt(9.81 / 7.0), rtol=5e-3)
+
+
+def test_internal_states_are_part_of_the_state_space() -> None:
+    model = eomgen.build(drone(), profile="quick")
+    lin = model.linearize(model.initial_q, np.zeros(model.nv), z={"thrust": 2.0})
+    space = lin.state_space()
+    assert space.states[-1] == "z.thrust"
+    np.testing.assert_allclose(space.A[-1, -1], -1.0 / 0.05, rtol=1e-12)
+    assert len(space.A) == 2 * 7 + 1
+    assert lin.Z0.shape == (7, 1)
+    assert np.max(np.abs(lin.Z0)) > 0.5
+    assert space.outputs == ("felt[0]", "felt[1]", "sensed[0]", "sensed[1]")
+
+
+CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
+    ("driven", lambda m: m.linearize(v=[1.0]), UsageError, "linearize: v need the q of their state; try: q=..., or initial=..."),
+    ("driven", lambda m: m.linearize([0.1], at="initial"), UsageError, "the state is given by q as well as by at or initial"),
+    ("driven", lambda m: m.linearize(at="rest"), UsageError, "at = 'rest' says nothing; try: \"equilibrium\", \"initial\""),
+    ("driven", lambda m: m.linearize([[0.1], [0.2]]), UsageError, "q: one state is needed, not a batch of shape (2, 1)"),
+    ("driven", lambda m: m.linearize([0.1, 0.2]), UsageError, "q: the shape is (2,), (..., 1) is needed"),
+    ("driven", lambda m: m.linearize([math.nan]), UsageError, "q: q[0] is nan, not a finite number"),
+    ("driven", lambda m: m.linearize(parameters={"mass": 1}), UsageError, "there is no parameter 'mass'"),
+    ("driven", lambda m: m.linearize(t=math.inf), UsageError, "t is inf, not a finite number"),
+    ("driven", lambda m: m.linearize(u={"torqe": 1.0}), UsageError, "there is no input 'torqe'; try: torque"),
+    ("driven", lambda m: m.linearize(base=np.zeros(19)), UsageError, "the base of this scene is at rest"),
+    ("driven", lambda m: m.linearize([0.1], independent=["hinj"]), UsageError, "there is no component 'hinj'; try: hinge"),
+    (
+        "driven", lambda m: m.linearize().frequency_response([1.0], "force", "angle"), UsageError,
+        "there is no input or disturbance 'force'; try: one of torque, wind",
+    ),
+    (
+        "driven", lambda m: m.linearize().frequency_response([1.0], "wind", "angel"), UsageError,
+        "there is no output or state 'angel'; try: angle",
+    ),
+    (
+        "crank", lambda m: m.linearize().frequency_response([1.0], "force", "main"), UsageError,
+        "there is no input or disturbance 'force': the linear model has no input or disturbance",
+    ),
+    (
+        "crank", lambda m: m.linearize([0.3, 0.1, 0.9]), UsageError,
+        "the state does not meet the constraints: wrist: point stays on the line along",
+    ),
+    (
+        "crank", lambda m: m.linearize(m.initial_q, [1.0, 0.0, 0.0]), UsageError,
+        "in its rate; try: q and v of model.consistent(q, v)",
+    ),
+    (
+        "crank", lambda m: m.linearize(m.initial_q, a=[1.0, 0.0, 0.0]), UsageError,
+        "in its acceleration; try: a without it, for that of the motion",
+    ),
+    (
+        "crank", lambda m: m.linearize(independent=["main", "slide"]), UsageError,
+        "constraints do not leave slide free beside the other independent coordinates; try: up to 1 components",
+    ),
+    (
+        "rolling", lambda m: m.linearize(at="initial").M0, ModelError,
+        "constraints at velocity level leave 3 velocities free but 5 coordinates, so there is no model of second order",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name, call, kind, text", CALLS, ids=[text[:48] for *_, text in CALLS])
+def test_messages(
+    name: str, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str, request: pytest.FixtureRequest
+) -> None:
+    with pytest.raises(kind) as caught:
+        call(request.getfixturevalue(name))
+    assert text in str(caught.value)
+
+
+def test_a_singular_mechanism_is_refused(crank: eomgen.Model) -> None:
+    """A parallelogram whose bars lie on one line may move in two ways."""
+    builder = eomgen.SceneBuilder("bars", gravity=[0, 0, 0])
+    for name, parent, at in (("a", "base", [0, 0, 0]), ("b", "a", [1.0, 0, 0]), ("c", "base", [1.0, 0, 0])):
+        builder.body(name, 1.0, inertia=[0.1] * 3)
+        builder.joint(f"j{name}", "revolute", parent, name, axis=[0, 0, 1], position=at, initial={"position": 0.4})
+    builder.point("end", "c", [1.0, 0, 0])
+    line = {"body": "b", "position": [1.0, 0, 0], "axis": [0, 0, 1], "x_axis": [1, 0, 0]}
+    model = eomgen.build(builder.constraint("closed", "point_on_line", line, "end").build(), profile="quick")
+    with pytest.raises(ModelError, match="constraints depend on each other in this state"):
+        model.linearize([0.0, 0.0, 0.0])
+
+
+def test_resonance_without_damping_has_no_bound() -> None:
+    builder = eomgen.SceneBuilder("mass", gravity=[0, 0, 0]).input("push").body("m", 1.0)
+    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=4.0).effort("push", "slide", "push")
+    lin = eomgen.build(builder.build(), profile="quick").linearize()
+    with pytest.raises(NumericalError, match="a frequency is that of a mode without damping"):
+        lin.frequency_response([1.0, 2.0], "push", "slide")
+
+
+def test_motion_without_inertia_is_named() -> None:
+    builder = eomgen.SceneBuilder("light", gravity=[0, 0, 0]).parameter("load", 1.0, tunable=True)
+    builder.body("m", 1.0).body("arm", "load", center_of_mass=[0.1, 0, 0])
+    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0])
+    builder.joint("hinge", "revolute", "m", "arm", axis=[0, 0, 1], stiffness=1.0)
+    model = eomgen.build(builder.build(), profile="quick")
+    lin = model.linearize([0.0, 0.0], a=[0.0, 0.0], parameters={"load": 0.0})
+    with pytest.raises(ModelError, match=r"the inertia matrix is singular along v\.hinge, so there is no linear model"):
+        lin.modes()

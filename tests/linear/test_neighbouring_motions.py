@@ -1,0 +1,163 @@
+"""Linear models about moving references against differences of motions: groups, constraints, internal states, a moving base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.lie.product import difference, update
+from eomgen.linear.linearization import Linearization
+from eomgen.runtime.configuration import with_unit_quaternions
+from tests.mechanics.test_linearization import drone
+
+Array = np.ndarray
+
+
+def slider_crank() -> eomgen.Scene:
+    """Return a crank and a rod in absolute coordinates whose end slides on a line, under gravity."""
+    builder = eomgen.SceneBuilder("crank", coordinates="absolute", gravity=[0, -9.81, 0])
+    builder.body("crank", 1.0, center_of_mass=[0.15, 0, 0], inertia=[0.002, 0.01, 0.01])
+    builder.body("rod", 0.8, center_of_mass=[0.4, 0, 0], inertia=[0.001, 0.05, 0.05], group="R3xSO3")
+    builder.joint("main", "revolute", "base", "crank", axis=[0, 0, 1], initial={"position": 0.7, "velocity": 3.0})
+    half = -0.5 * (0.7 + math.asin(0.3 * math.sin(0.7) / 0.8))
+    turned = {"position": [math.cos(half), 0, 0, math.sin(half)], "velocity": [0.4, 0, 0]}
+    builder.joint("pin", "spherical", "crank", "rod", position=[0.3, 0, 0], initial=turned)
+    builder.point("end", "rod", [0.8, 0, 0]).point("rail", "base", [0.0, 0.0, 0.0])
+    return builder.constraint("slide", "point_on_line", {"body": "base", "axis": [1, 0, 0]}, "end").build()
+
+
+def disc() -> eomgen.Scene:
+    """Return a disc that rolls on the ground: three velocities are free, five coordinates."""
+    builder = eomgen.SceneBuilder("disc")
+    builder.body("disc", 2.0, inertia=[0.02, 0.02, 0.04])
+    upright = {"orientation": [math.cos(0.6), math.sin(0.6), 0, 0], "position": [0, 0, 0.2 * math.sin(1.2)]}
+    builder.joint("flight", "free", "base", "disc", initial=upright)
+    builder.constraint("rolling", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "disc", "axis": [0, 0, 1]}, radius=0.2)
+    return builder.build()
+
+
+def flow(model: eomgen.Model, start: Array, times: Array) -> Array:
+    """Return states [q, v, z] at times, integrated to near machine precision."""
+
+    def rate(t: float, y: Array) -> Array:
+        return model.rhs(t, y)
+
+    found = solve_ivp(rate, (0.0, times[-1]), start, method="DOP853", rtol=1e-13, atol=1e-13, t_eval=times)
+    assert found.success
+    return found.y.T
+
+
+def neighbour(model: eomgen.Model, lin: Linearization, start: Array, change: Array) -> Array:
+    """Return the state near ``start`` with a change of x, y, z, brought onto the constraints in the dependent components."""
+    nq, nv = model.nq, model.nv
+    nx, ny = len(lin.free.coordinates), len(lin.free.velocities)
+    x, y, z = change[:nx], change[nx : nx + ny], change[nx + ny :]
+    eta = lin.free.R @ x
+    v = start[nq : nq + nv] + lin.free.S @ y + lin.free.T @ x
+    dependent = [k for k in range(nv) if k not in lin.free.coordinates]
+    held = [k for k in range(nv) if k not in lin.free.velocities]
+    for _ in range(8 if model.multipliers else 0):
+        q = update(model.factors, start[:nq], eta)
+        phi = model.evaluate("constraint", q)["Phi"]
+        eta[dependent] -= np.linalg.solve(model.evaluate("constraint_jacobian", q)["B"][: len(phi), dependent], phi)
+    q = update(model.factors, start[:nq], eta)
+    for _ in range(2 if model.multipliers else 0):
+        w, B = model.evaluate("constraint_velocity", q, v)["w"], model.evaluate("constraint_jacobian", q)["B"]
+        v[held] -= np.linalg.solve(B[:, held], w)
+    return np.concatenate([q, v, start[nq + nv :] + z])
+
+
+def apart(model: eomgen.Model, lin: Linearization, first: Array, second: Array) -> Array:
+    """Return x, y, z of what leads from one state to another."""
+    nq, nv = model.nq, model.nv
+    before, after = (with_unit_quaternions(model.factors, state[:nq]) for state in (first, second))
+    eta = difference(model.factors, before, after)
+    change = second[nq:] - first[nq:]
+    return np.concatenate([eta[list(lin.free.coordinates)], change[: nv][list(lin.free.velocities)], change[nv:]])
+
+
+def at(model: eomgen.Model, row: Array, t: float, independent: tuple[str, ...]) -> Linearization:
+    q, v, z = np.split(row, [model.nq, model.nq + model.nv])
+    return model.linearize(with_unit_quaternions(model.factors, q), v, t=t, z=z, independent=independent)
+
+
+def start_of(model: eomgen.Model, rng: np.random.Generator) -> Array:
+    v = rng.uniform(-1.5, 1.5, model.nv)
+    q = update(model.factors, model.initial_q, rng.uniform(-0.5, 0.5, model.nv))
+    if model.multipliers:
+        consistent = model.consistent(q, v)
+        q, v = consistent.q, consistent.v
+    return np.concatenate([q, v, rng.uniform(0.5, 1.0, model.nz)])
+
+
+SCENES: dict[str, Callable[[], eomgen.Scene]] = {
+    "drone": drone,
+    "drone on a cord": lambda: drone(looped=True),
+    "slider crank of absolute bodies": slider_crank,
+    "rolling disc": disc,
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
+    model = eomgen.build(SCENES[name](), profile="quick")
+    start = start_of(model, rng)
+    if name.startswith("slider"):
+        start = np.concatenate([model.initial_q, model.initial_v])
+    first = at(model, start, 0.0, ())
+    independent = first.coordinates
+    size = len(first.state_space().A)
+    times = np.linspace(0.0, 0.04, 3)
+    reference = flow(model, start, times)
+
+    # the transition matrix of the linear model, by RK4 along the reference
+    grid = np.linspace(0.0, times[-1], 41)
+    rows = flow(model, start, grid)
+    matrices = []
+    for t, row in zip(grid, rows, strict=True):
+        linear = at(model, row, float(t), independent)
+        assert linear.free.coordinates == first.free.coordinates
+        assert linear.free.velocities == first.free.velocities
+        matrices.append(linear.state_space().A)
+    transition, step = np.eye(size), grid[2]
+    for k in range(0, 40, 2):
+        k1 = matrices[k] @ transition
+        k2 = matrices[k + 1] @ (transition + 0.5 * step * k1)
+        k3 = matrices[k + 1] @ (transition + 0.5 * step * k2)
+        k4 = matrices[k + 2] @ (transition + step * k3)
+        transition = transition + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+    found = np.empty((size, size))
+    for direction in range(size):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = neighbour(model, first, start, sign * 1e-5 * np.eye(size)[direction])
+            ends.append(apart(model, first, reference[-1], flow(model, moved, times)[-1]))
+        found[:, direction] = (ends[0] - ends[1]) / 2e-5
+    scale = np.max(np.abs(found), axis=0)
+    assert np.max(np.abs(found - transition) / scale) <= 1e-6
+    assert np.max(np.abs(found - np.eye(size))) > 1e-2
+
+
+@pytest.mark.parametrize("name", ["drone", "drone on a cord", "slider crank of absolute bodies"])
+def test_second_order_is_first_order_in_other_variables(name: str, rng: np.random.Generator) -> None:
+    """With x' = y + W x: the rate of W along the reference, by differences, is what turns one into the other."""
+    model = eomgen.build(SCENES[name](), profile="quick")
+    start = start_of(model, rng) if name.startswith("drone") else np.concatenate([model.initial_q, model.initial_v])
+    h = 2e-5
+    lin = at(model, start, 0.0, ())
+    before, after = (at(model, flow(model, start, np.array([0.0, t]))[-1], t, lin.coordinates) for t in (-h, h))
+    W_rate = (after.free.W - before.free.W) / (2.0 * h)
+    np.testing.assert_allclose(lin.free.W_rate, W_rate, rtol=0, atol=2e-6 * (1.0 + np.max(np.abs(W_rate))))
+    n = len(lin.coordinates)
+    A = lin.state_space().A[: 2 * n, : 2 * n]
+    P = np.block([[np.eye(n), np.zeros((n, n))], [lin.free.W, np.eye(n)]])
+    P_rate = np.block([[np.zeros((n, 2 * n))], [lin.free.W_rate, np.zeros((n, n))]])
+    expected = (P @ A + P_rate) @ np.linalg.inv(P)
+    found = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(lin.M0, np.concatenate([lin.K0, lin.C0], axis=1))]])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.max(np.abs(expected)))
