@@ -32,7 +32,8 @@ class HalfCar:
 
     def eigenvalues(self) -> np.ndarray:
         n = len(self.mass)
-        system = np.block([[np.zeros((n, n)), np.eye(n)], -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))])
+        rates = np.hstack([np.zeros((n, n)), np.eye(n)])
+        system = np.vstack([rates, -np.linalg.solve(self.mass, np.hstack([self.stiffness, self.damping]))])
         return np.linalg.eigvals(system)
 
 
