@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from eomgen.lie.algebra import TapeAlgebra
+from eomgen.lie.rotations import exponential
 from eomgen.mechanics.base import quaternion_product
 from eomgen.mechanics.joints import TURNING
 from eomgen.mechanics.kinematics import Kinematics
@@ -44,8 +46,11 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
         sine = algebra.call(Op.SIN, half)
         axis = link.columns[0].angular
         return quaternion_product(constant, [algebra.call(Op.COS, half), *(component * sine for component in axis)])
-    if link.kind == "prismatic":
+    if link.kind in ("prismatic", "elastic"):
         return constant
+    if link.angle is not None:
+        on_tape = TapeAlgebra(algebra.tape)
+        return quaternion_product(constant, [on_tape.scalar(part) for part in exponential(on_tape, link.angle)])
     return quaternion_product(constant, list(q[:4]))
 
 

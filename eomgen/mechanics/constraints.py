@@ -58,7 +58,7 @@ def place(quantities: Quantities, frame: Frame) -> Placed:
     """Return a constraint's frame in base axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     r = algebra.vector([quantities.formula(item) for item in frame.position])
-    mount = quantities.tree.mounts[frame.body]
+    mount = quantities.tree.mount_at(frame.body, r)
     R = multiply(kinematics.pose(mount.link)[0], multiply(mount.orientation, algebra.matrix(frame.orientation)))
     return Placed(R, kinematics.position_in_base(frame.body, r))
 

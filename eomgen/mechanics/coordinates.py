@@ -6,8 +6,9 @@ work, multiplied, so motion subspaces, inertia and forces need no more than the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from eomgen.mechanics.joints import GROUPS, Motion
 from eomgen.scene.formula_nodes import Formula
@@ -67,16 +68,23 @@ def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
 
 
 def joint_coordinates(
-    algebra: Algebra, joints: Iterable[Joint], number: Callable[[Formula], Scalar]
+    algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int] = MappingProxyType({})
 ) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
-    """Return the factors of the configuration in the order of the joints, and the coordinates of every moving joint by name."""
+    """Return the factors of the configuration in the order of the joints, and by name the coordinates of moving joints and beams.
+
+    ``elastic`` tells how many elastic coordinates a body has; they come right after its joint's.
+    """
     moving = {joint.name: joint for joint in joints if joint.type != "fixed"}
     factors: list[Factor] = []
     q_start = v_start = 0
-    for joint in moving.values():
-        if joint.mimic is None:
-            q_size, v_size = SIZES[joint.type]
-            factors.append(Factor(GROUPS.get(joint.type, "R"), joint.name, q_start, q_size, v_start, v_size))
+    for joint in joints:
+        sizes = {}
+        if joint.type != "fixed" and joint.mimic is None:
+            sizes[joint.name] = (GROUPS.get(joint.type, "R"), *SIZES[joint.type])
+        if joint.child in elastic:
+            sizes[joint.child] = ("R", elastic[joint.child], elastic[joint.child])
+        for name, (group, q_size, v_size) in sizes.items():
+            factors.append(Factor(group, name, q_start, q_size, v_start, v_size))
             q_start, v_start = q_start + q_size, v_start + v_size
     found = {factor.name: own_coordinates(algebra, factor) for factor in factors}
     for joint in moving.values():

@@ -21,6 +21,7 @@ from eomgen.mechanics.forward import solve_tree
 from eomgen.mechanics.grouping import grouped
 from eomgen.mechanics.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.jacobians import body_jacobians
+from eomgen.mechanics.joint_tree import build_tree
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.linearization import acceleration_partials, linearization, output_partials
@@ -28,7 +29,8 @@ from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities
-from eomgen.mechanics.tree import Tree, build_tree
+from eomgen.mechanics.tape_partials import differentiated_partials
+from eomgen.mechanics.tree import Tree
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.derivatives import forward_partials
@@ -137,9 +139,9 @@ class Derivation:
 
     def forward_dynamics(self) -> list[Block]:
         ways = []
-        if not self.tree.following:
+        if not (self.tree.following or self.tree.elastic):
             ways.append(articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts))
-        if not self.deep or self.tree.following:
+        if not ways or not self.deep:
             ways.append(self._forward_by_mass_matrix())
         vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
         return [self._vector("vdot", vdot, "time derivative of v")]
@@ -163,12 +165,8 @@ class Derivation:
 
     def _forward_by_mass_matrix(self) -> list[Scalar]:
         fields = total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
-        inertial = separated.field_wrenches(self.grouped, fields)
-        net = [
-            load if applied is None else separated.difference(load, applied)
-            for load, applied in zip(inertial, self.loads.wrenches, strict=True)
-        ]
-        bias = separated.generalized(self.grouped, net, "bias force")
+        net = separated.net_wrenches(self.grouped, fields, self.loads.wrenches)
+        bias = separated.generalized(self.grouped, net, "bias force", separated.elastic_rows(self.grouped, fields))
         right = [effort - load for effort, load in zip(self.loads.efforts, bias, strict=True)]
         M = separated.mass_matrix(self.grouped, self.composites)
         with self.tape.block("elimination of the mass matrix from the tips to the root"):
@@ -176,7 +174,7 @@ class Derivation:
 
     def partials(self) -> list[Block]:
         nv = self.tree.nv
-        K, C, M = inertial_partials(self.grouped, self.motion)
+        K, C, M = (differentiated_partials if self.tree.elastic else inertial_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
         for k in range(nv):
             seeds[InputSymbol("v", k)] = {nv + k: ONE}

@@ -53,7 +53,10 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
     kinetic, potential = algebra.zero, loads.potential
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"energy of link {link.name}"):
-            kinetic = kinetic + kinetic_energy(algebra, link.inertia, *kinematics.inertial_twist(index))
+            twist = kinematics.inertial_twist(index)
+            kinetic = kinetic + kinetic_energy(algebra, link.inertia, *twist)
+            if link.elastic is not None:
+                kinetic = kinetic + link.elastic.kinetic_energy(*twist)
             for rotor, value in zip(link.rotor_inertias, link.velocities, strict=True):
                 kinetic = kinetic + 0.5 * (rotor * (value * value))
             R, p = kinematics.pose(index)

@@ -13,7 +13,7 @@ from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.internal_states import InternalStates
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.motion import BaseMotion, angular_velocities, total_fields
-from eomgen.mechanics.terms import Wrench, carried_loads, difference, field_wrenches
+from eomgen.mechanics.terms import Wrench, carried_loads, net_wrenches
 from eomgen.mechanics.tree import Tree
 from eomgen.symbolic.cuts import cut_partials
 from eomgen.symbolic.scalar import Scalar
@@ -62,8 +62,7 @@ def _passed_on(
 ) -> Iterable[tuple[int, Scalar]]:
     """Yield what the recursion passes on, with the number of the link that it belongs to; poses and twists where ``posed``."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
-    inertial = field_wrenches(tree, fields)
-    net = [load if applied is None else difference(load, applied) for load, applied in zip(inertial, loads, strict=True)]
+    net = net_wrenches(tree, fields, loads)
     for index, omega in enumerate(angular_velocities(tree, base.omega)):
         yield from ((index, entry) for entry in omega)
     for index, field in enumerate(fields):

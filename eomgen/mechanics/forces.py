@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eomgen.mechanics.beams.structure import add_structure
 from eomgen.mechanics.bushings import add_bushing
 from eomgen.mechanics.joint_forces import add_joint
 from eomgen.mechanics.loads import Loads, add_effort, add_wrench, no_loads, push
@@ -25,6 +26,10 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
             _add_force(loads, force, quantities)
     for joint in scene.joints:
         add_joint(loads, joint, quantities)
+    for link in tree.links:
+        if link.elastic is not None:
+            with algebra.tape.block(f"stiffness and damping of {link.name}"):
+                add_structure(loads, link.elastic, quantities)
     for torsion in scene.torsion_springs:
         with algebra.tape.block(f"torsion spring {torsion.name}"):
             angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
@@ -72,8 +77,9 @@ def _add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
 
 def _add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
     kinematics = quantities.kinematics
-    mount = quantities.tree.mounts[item.body]
-    link, s = kinematics.local(item.body, quantities.vector(item.point))
+    point = quantities.vector(item.point)
+    mount = quantities.tree.mount_at(item.body, point)
+    link, s = kinematics.local(item.body, point)
     force, torque = quantities.vector(item.force), quantities.vector(item.torque)
     if link < 0:
         return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eomgen.mechanics.base import BaseState
-from eomgen.mechanics.motion import Field, centripetal, relative, total_fields
+from eomgen.mechanics.motion import Field, carrying_field, relative, total_fields
 from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
@@ -65,7 +65,7 @@ class Kinematics:
 
     def local(self, body: str, r: Vector) -> tuple[int, Vector]:
         """Return link and coordinates in the link's frame of a point of a body."""
-        mount: Mount = self.tree.mounts[body]
+        mount: Mount = self.tree.mount_at(body, r)
         return mount.link, plus(mount.position, apply(mount.orientation, r))
 
     def position_in_base(self, body: str, r: Vector) -> Vector:
@@ -102,7 +102,7 @@ class Kinematics:
         """Return the inertial acceleration field of a link in its axes, of the carrying base for a negative number."""
         if link < 0:
             motion = self.carrier.motion()
-            return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
+            return carrying_field(motion.acceleration, motion.omega, motion.alpha)
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         return self._fields[link]

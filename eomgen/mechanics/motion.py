@@ -7,23 +7,40 @@ as a difference.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eomgen.mechanics.tree import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, multiply, plus, scaled, skew
 
 
+_RESTING: Mapping[str, bool] = {"rates": False, "own_rates": False, "accelerations": False}
+#: Of a base's motion, what moves against the frame feels the Coriolis part only.
+_CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
+
+
 @dataclass(frozen=True)
 class Field:
-    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``."""
+    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``.
+
+    Attributes
+    ----------
+    spin : what motion against the frame of an elastic link turns with: its Coriolis acceleration is 2 spin x s'
+    relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
+    """
 
     origin: Vector
     alpha: Vector
     bend: Matrix
+    spin: Vector
+    relative: Mapping[str, bool]
+
+    @property
+    def gradient(self) -> Matrix:
+        return matrix_plus(self.bend, skew(self.alpha))
 
     def at(self, p: Vector) -> Vector:
-        return plus(self.origin, apply(matrix_plus(self.bend, skew(self.alpha)), p))
+        return plus(self.origin, apply(self.gradient, p))
 
 
 @dataclass(frozen=True)
@@ -44,11 +61,23 @@ def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Ve
     return angular, linear
 
 
+def carrying_field(origin: Vector, omega: Vector, alpha: Vector) -> Field:
+    """Return the field of a frame that turns with omega, for what is fixed in it."""
+    return Field(origin, alpha, centripetal(omega), omega, _RESTING)
+
+
 def centripetal(omega: Vector) -> Matrix:
     """Return omega~ omega~, symmetric by structure."""
     x, y, z = omega
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
     return ((-(yy + zz), xy, xz), (xy, -(xx + zz), yz), (xz, yz, -(xx + yy)))
+
+
+def _bias(link: Link, turn: Vector, slide: Vector) -> tuple[Vector, Vector]:
+    """Return what rates alone add to angular acceleration and to the origin's acceleration, as the parent sees it."""
+    if link.bias is not None:
+        return link.bias
+    return link.coordinates.algebra.zero_vector, cross(turn, slide)
 
 
 def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
@@ -64,9 +93,10 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity together."""
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
-    root = Field(start, base.alpha, centripetal(base.omega))
+    root = carrying_field(start, base.omega, base.alpha)
+    relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
     omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
-    for index, link in enumerate(tree.links):
+    for link in tree.links:
         with algebra.tape.block(f"acceleration of link {link.name}"):
             up = link.parent
             omega_up, alpha_up, field_up = (
@@ -78,12 +108,14 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
             omegas.append(plus(carried, turn))
             alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
             origin = link.rotation.rotate_back(field_up.at(link.position))
-            origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), cross(turn, slide)))
+            bias_turn, bias_slide = _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
+            alpha = plus(alpha, bias_turn)
+            origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), bias_slide))
             if accelerations:
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)
                 alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
             alphas.append(alpha)
-            fields.append(Field(origin, alpha, centripetal(omegas[index])))
+            fields.append(Field(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
     return fields
 
 
@@ -96,7 +128,7 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
     omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
-    root = Field(base.acceleration, base.alpha, centripetal(base.omega))
+    root = carrying_field(base.acceleration, base.omega, base.alpha)
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"base motion felt by link {link.name}"):
             up = link.parent
@@ -109,5 +141,5 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
             spin = plus(omega, scaled(2.0, relative_omegas[index]))
             omegas.append(omega)
             alphas.append(alpha)
-            fields.append(Field(origin, alpha, multiply(skew(omega), skew(spin))))
+            fields.append(Field(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
     return fields

@@ -9,18 +9,27 @@ from numpy.typing import NDArray
 
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
+from eomgen.scene.beam import Beam
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 
 
 def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return q and v of the joints' initial state."""
-    joints = {joint.name: joint for joint in derivation.scene.joints}
-    ordered = [joints[factor.name] for factor in derivation.tree.factors]
-    return (
-        tuple(value for joint in ordered for value in joint.initial_position),
-        tuple(value for joint in ordered for value in joint.initial_velocity),
-    )
+    """Return q and v of the initial state of joints and beams."""
+    starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in derivation.scene.joints}
+    starts |= {body.name: _deflected(body.beam) for body in derivation.scene.bodies if body.beam is not None}
+    ordered = [starts[factor.name] for factor in derivation.tree.factors]
+    return tuple(value for q, _ in ordered for value in q), tuple(value for _, v in ordered for value in v)
+
+
+def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the initial elastic coordinates of a beam and their velocities."""
+    q: list[float] = []
+    v: list[float] = []
+    for item in beam.deformations:
+        q += item.initial_position or (0.0,) * item.modes
+        v += item.initial_velocity or (0.0,) * item.modes
+    return tuple(q), tuple(v)
 
 
 def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -1,4 +1,4 @@
-"""From a Scene to a tree of links: fixed joints merged, frames turned so that joint axes are coordinate axes.
+"""Trees of links, and where the bodies of a scene sit on them.
 
 A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is
 no coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where
@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from eomgen.mechanics.coordinates import Coordinates, joint_coordinates
-from eomgen.mechanics.formulas import record
-from eomgen.mechanics.joints import Column, Motion, columns_of, motions_of, pose_of
-from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
-from eomgen.scene.formula_nodes import Formula, Symbol
-from eomgen.scene.scene import BASE, Joint, Scene
+from eomgen.mechanics.beams.elastic_body import ElasticBody
+from eomgen.mechanics.coordinates import Coordinates
+from eomgen.mechanics.joints import Column
+from eomgen.mechanics.rigid_body import Inertia
+from eomgen.scene.scene import Joint, Scene
 from eomgen.symbolic.rotation import Rotation
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
 from eomgen.system import Factor
 
 ROOT = -1
@@ -53,6 +52,10 @@ class Link:
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
     balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
+    elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
+    bias : angular acceleration, and acceleration of the origin, that rates alone give against the parent, in this frame; None where
+        the motion subspace is constant
+    angle : rotation vector against the parent where that is what the rotation is made of
     """
 
     name: str
@@ -70,10 +73,21 @@ class Link:
     inertia: Inertia
     rotor_inertias: tuple[Scalar, ...]
     balanced: bool = False
+    elastic: ElasticBody | None = None
+    bias: tuple[Vector, Vector] | None = None
+    angle: Vector | None = None
 
     @property
     def dofs(self) -> tuple[int, ...]:
         return self.coordinates.dofs
+
+    def carrying(self, inertia: Inertia) -> Link:
+        """Return the link with a body more on it."""
+        return replace(self, inertia=self.inertia + inertia)
+
+    def deformed(self) -> Link:
+        """Return the link with the shape integrals of the deformed body in place of those of the undeformed one."""
+        return self if self.elastic is None else replace(self, inertia=self.elastic.deformed(self.inertia))
 
 
 @dataclass(frozen=True)
@@ -83,7 +97,8 @@ class Tree:
     Attributes
     ----------
     factors : of the configuration, in the order of the links that they move
-    coordinates : of all moving joints by name, those that follow others included
+    coordinates : of all moving joints by name, those that follow others included, and of beams
+    stations : the link that carries what is attached to a beam at x, by (body, x)
     """
 
     algebra: Algebra
@@ -92,6 +107,20 @@ class Tree:
     parameters: dict[str, Scalar]
     factors: tuple[Factor, ...]
     coordinates: dict[str, Coordinates]
+    stations: Mapping[tuple[str, float], int] = field(default_factory=dict)
+
+    @property
+    def elastic(self) -> bool:
+        """Whether any link deforms."""
+        return any(link.elastic is not None for link in self.links)
+
+    def mount_at(self, body: str, r: Vector) -> Mount:
+        """Return the mount of a body's frame as the material around its point r sees it: on a beam, that of the station there."""
+        mount, x = self.mounts[body], r[0].constant
+        link = None if x is None else self.stations.get((body, x))
+        if link is None or link == mount.link:
+            return mount
+        return Mount(link, mount.orientation, plus(mount.position, (-r[0], self.algebra.zero, self.algebra.zero)))
 
     @property
     def nv(self) -> int:
@@ -154,76 +183,9 @@ def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:
     return scalars
 
 
-def build_tree(algebra: Algebra, scene: Scene) -> Tree:
-    """Return the tree of a scene on the algebra's tape."""
-    parameters = parameter_scalars(algebra, scene)
-
-    def number(formula: Formula) -> Scalar:
-        return record(algebra, formula, lambda symbol: _parameter(algebra, parameters, symbol))
-
-    def vector(formulas: Sequence[Formula]) -> Vector:
-        return algebra.vector([number(formula) for formula in formulas])
-
-    mounts = {
-        BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
-        WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
-    }
-    factors, coordinates = joint_coordinates(algebra, scene.joints, number)
-    links: list[Link] = []
-    inertias: list[Inertia] = []
-    for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        mount = mounts[joint.parent]
-        orientation = multiply(mount.orientation, algebra.matrix(joint.orientation))
-        position = plus(mount.position, apply(mount.orientation, vector(joint.position)))
-        tensor = tuple(number(entry) for entry in body.inertia)
-        inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
-        if joint.type == "fixed":
-            mounts[body.name] = Mount(mount.link, orientation, position)
-            if mount.link != ROOT:
-                inertias[mount.link] = inertias[mount.link] + inertia.moved(orientation, position)
-            continue
-        turned, motions = motions_of(joint)
-        axes, parent = algebra.matrix(turned), mount.link
-        orientation = multiply(orientation, axes)
-        rotors = tuple(number(formula) for formula in joint.each(joint.rotor_inertia))
-        for place, motion in enumerate(motions):
-            last = place == len(motions) - 1
-            links.append(
-                _link(
-                    algebra, body.name if last else f"{body.name}, part {place + 1} of its joint", joint, motion, parent,
-                    orientation, position, number(joint.pitch), coordinates[joint.name], rotors,
-                )
-            )  # fmt: skip
-            inertias.append(inertia.moved(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra))
-            parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
-        mounts[body.name] = Mount(parent, transpose(axes), algebra.zero_vector)
-    settled = [replace(link, inertia=cleaned(algebra, total)) for link, total in zip(links, inertias, strict=True)]
-    return Tree(algebra, tuple(settled), mounts, parameters, factors, coordinates)
-
-
-def _link(
-    algebra: Algebra, name: str, joint: Joint, motion: Motion, parent: int, orientation: Matrix, position: Vector, pitch: Scalar,
-    coordinates: Coordinates, rotors: Sequence[Scalar],
-) -> Link:  # fmt: skip
-    """Return the link that one elementary motion of a joint carries, still without inertia."""
-    own = coordinates.of(motion)
-    axes = [algebra.vector(axis) for axis in motion.axes]
-    rotation, moved_to = pose_of(algebra, motion.kind, axes, pitch, orientation, position, own.q)
-    return Link(
-        name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,
-        neutral_position=position, position=moved_to, columns=columns_of(algebra, motion.kind, axes, pitch),
-        coordinates=own, velocities=own.v, accelerations=own.a, inertia=no_inertia(algebra),
-        rotor_inertias=tuple(rotors[k] for k in motion.components),
-    )  # fmt: skip
-
-
 def no_inertia(algebra: Algebra) -> Inertia:
     """Return the shape integrals of what has no mass."""
     return Inertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
-
-
-def _parameter(algebra: Algebra, parameters: dict[str, Scalar], symbol: Symbol) -> Scalar:
-    return parameters[symbol.name]
 
 
 def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:

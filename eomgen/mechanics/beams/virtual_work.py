@@ -1,0 +1,74 @@
+"""The virtual work of an elastic body beyond that of a rigid one, derived with SymPy by integrating over its mass.
+
+A material point at s (deformed) of a frame whose acceleration field is A + U s, turning with w, accelerates with
+A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k deta_k. The
+part A + U s of force and moment is the rigid body's kernel with the deformed shape integrals; the rest is here.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import sympy
+
+from eomgen.symbolic.kernel import Kernel
+
+_S = sympy.Matrix(sympy.symbols("s0:3"))
+_V = sympy.Matrix(sympy.symbols("v0:3"))
+_R = sympy.Matrix(sympy.symbols("r0:3"))
+_PHI = sympy.Matrix(sympy.symbols("f0:3"))
+_W = sympy.Matrix(sympy.symbols("w0:3"))
+
+
+def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> sympy.Expr:
+    """Replace monomials of the fields' components by integrals over the mass: ``f0 s1`` becomes the symbol ``f0s1``."""
+    components = [component for field in fields for component in field]
+    total = sympy.Integer(0)
+    for powers, coefficient in sympy.Poly(sympy.expand(integrand), *components).terms():
+        factors = [c.name for c, power in zip(components, powers, strict=True) for _ in range(power)]
+        total += coefficient * sympy.Symbol("".join(factors))
+    return total
+
+
+@cache
+def relative_motion_kernel() -> Kernel:
+    """Derive moment and force of 2 w x s' + s'' in integrals ``v0``, ``r0``, ``v1s0`` (int s'_1 s_0), ``r1s0`` and w.
+
+    Returns
+    -------
+    Kernel with results N0, N1, N2, F0, F1, F2.
+    """
+    acceleration = 2 * _W.cross(_V) + _R
+    results = []
+    for vector in (_S.cross(acceleration), acceleration):
+        for component in vector:
+            found = _integrated(component, (_V, _R, _S))
+            coriolis = sympy.collect(sympy.expand((found - found.subs(dict.fromkeys(_W, 0))) / 2), list(_W))
+            results.append(sympy.Add(sympy.Mul(2, coriolis, evaluate=False), found.subs(dict.fromkeys(_W, 0)), evaluate=False))
+    return Kernel(tuple(results))
+
+
+@cache
+def elastic_row_kernel() -> Kernel:
+    """Derive the virtual work along one elastic coordinate, of A + U s + 2 w x s' + s''.
+
+    In integrals ``f0`` (int phi_0), ``f0s1``, ``f0v1``, ``f0r1``, and A0..A2, U00..U22, w0..w2.
+    """
+    A = sympy.Matrix(sympy.symbols("A0:3"))
+    U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
+    work = _PHI.dot(A + U * _S + 2 * _W.cross(_V) + _R)
+    found = _integrated(work, (_PHI, _S, _V, _R))
+    coriolis = sympy.collect(sympy.expand((found - found.subs(dict.fromkeys(_W, 0))) / 2), list(_W))
+    return Kernel((sympy.Add(sympy.Mul(2, coriolis, evaluate=False), found.subs(dict.fromkeys(_W, 0)), evaluate=False),))
+
+
+@cache
+def relative_energy_kernel() -> Kernel:
+    """Derive the kinetic energy that motion against the frame adds: |u + w x s + s'|^2 / 2 less |u + w x s|^2 / 2.
+
+    In integrals ``v0``, ``v1s0``, ``v0v0``, the frame's velocity ``u0..u2`` and w.
+    """
+    u = sympy.Matrix(sympy.symbols("u0:3"))
+    carried = u + _W.cross(_S)
+    added = _V.dot(carried) + _V.dot(_V) / 2
+    return Kernel((_integrated(added, (_V, _S)),))
