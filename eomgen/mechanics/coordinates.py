@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 from eomgen.mechanics.joints import GROUPS, Motion
 from eomgen.scene.formula_nodes import Formula
@@ -68,7 +67,7 @@ def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
 
 
 def joint_coordinates(
-    algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int] = MappingProxyType({})
+    algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int]
 ) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
     """Return the factors of the configuration in the order of the joints, and by name the coordinates of moving joints and beams.
 

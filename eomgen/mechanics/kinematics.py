@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eomgen.mechanics.base import BaseState
-from eomgen.mechanics.motion import Field, carrying_field, relative, total_fields
+from eomgen.mechanics.motion import Field, LinkField, centripetal, relative, total_fields
 from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
@@ -26,7 +26,7 @@ class Kinematics:
             self._poses[CARRIER] = (carrier.orientation, carrier.position)
             self._twists[CARRIER] = (carrier.omega, carrier.velocity)
         self._poses[WORLD], self._twists[WORLD] = self._world()
-        self._fields: list[Field] | None = None
+        self._fields: list[LinkField] | None = None
 
     def _world(self) -> tuple[tuple[Matrix, Vector], tuple[Vector, Vector]]:
         """Return pose and twist of the world as the base sees them, the twist in world axes."""
@@ -102,7 +102,7 @@ class Kinematics:
         """Return the inertial acceleration field of a link in its axes, of the carrying base for a negative number."""
         if link < 0:
             motion = self.carrier.motion()
-            return carrying_field(motion.acceleration, motion.omega, motion.alpha)
+            return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         return self._fields[link]

@@ -14,26 +14,13 @@ from eomgen.mechanics.tree import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, multiply, plus, scaled, skew
 
 
-_RESTING: Mapping[str, bool] = {"rates": False, "own_rates": False, "accelerations": False}
-#: Of a base's motion, what moves against the frame feels the Coriolis part only.
-_CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
-
-
 @dataclass(frozen=True)
 class Field:
-    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``.
-
-    Attributes
-    ----------
-    spin : what motion against the frame of an elastic link turns with: its Coriolis acceleration is 2 spin x s'
-    relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
-    """
+    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``."""
 
     origin: Vector
     alpha: Vector
     bend: Matrix
-    spin: Vector
-    relative: Mapping[str, bool]
 
     @property
     def gradient(self) -> Matrix:
@@ -41,6 +28,24 @@ class Field:
 
     def at(self, p: Vector) -> Vector:
         return plus(self.origin, apply(self.gradient, p))
+
+
+@dataclass(frozen=True)
+class LinkField(Field):
+    """The field of a link's frame, and what it makes of motion against the frame, which elastic links have.
+
+    Attributes
+    ----------
+    spin : what the frame turns with: the Coriolis acceleration of motion against it is 2 spin x s'
+    relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
+    """
+
+    spin: Vector
+    relative: Mapping[str, bool]
+
+
+#: Of a base's motion, what moves against a frame feels the Coriolis part only.
+_CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
 
 
 @dataclass(frozen=True)
@@ -59,11 +64,6 @@ def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Ve
     for column, value in zip(link.columns, values, strict=True):
         angular, linear = plus(angular, scaled(value, column.angular)), plus(linear, scaled(value, column.linear))
     return angular, linear
-
-
-def carrying_field(origin: Vector, omega: Vector, alpha: Vector) -> Field:
-    """Return the field of a frame that turns with omega, for what is fixed in it."""
-    return Field(origin, alpha, centripetal(omega), omega, _RESTING)
 
 
 def centripetal(omega: Vector) -> Matrix:
@@ -89,13 +89,13 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
     return omegas
 
 
-def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True) -> list[Field]:
+def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True) -> list[LinkField]:
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity together."""
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
-    root = carrying_field(start, base.omega, base.alpha)
+    root = Field(start, base.alpha, centripetal(base.omega))
     relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
-    omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
+    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
     for link in tree.links:
         with algebra.tape.block(f"acceleration of link {link.name}"):
             up = link.parent
@@ -115,11 +115,11 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)
                 alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
             alphas.append(alpha)
-            fields.append(Field(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
+            fields.append(LinkField(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
     return fields
 
 
-def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
+def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
     """Return the part of all links' acceleration fields that vanishes when the base rests, gravity excluded.
 
     The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); its gradient in a link is
@@ -127,8 +127,8 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
     """
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
-    omegas, alphas, fields = list[Vector](), list[Vector](), list[Field]()
-    root = carrying_field(base.acceleration, base.omega, base.alpha)
+    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
+    root = Field(base.acceleration, base.alpha, centripetal(base.omega))
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"base motion felt by link {link.name}"):
             up = link.parent
@@ -141,5 +141,5 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[Field]:
             spin = plus(omega, scaled(2.0, relative_omegas[index]))
             omegas.append(omega)
             alphas.append(alpha)
-            fields.append(Field(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
+            fields.append(LinkField(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
     return fields

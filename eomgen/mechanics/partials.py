@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.motion import BaseMotion, carrying_field, relative, total_fields
+from eomgen.mechanics.motion import BaseMotion, Field, centripetal, relative, total_fields
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.terms import Wrench, carry, composites, field_wrenches, project
 from eomgen.mechanics.tree import ROOT, Link, Tree
@@ -69,7 +69,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
     algebra = tree.algebra
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     start = plus(base.acceleration, scaled(-1.0, base.gravity))
-    root = carrying_field(start, base.omega, base.alpha)
+    root = Field(start, base.alpha, centripetal(base.omega))
     twists: list[tuple[Vector, Vector]] = []
     alphas: list[Vector] = []
     screws: list[list[Screws]] = []

@@ -93,7 +93,7 @@ def rate_blocks(derivation: Derivation, term: RateTerm) -> list[Block]:
 def _cheapest(derivation: Derivation, block: Block, term: RateTerm) -> list[list[Ref]]:
     """Return the derivatives of a block's components: by recursion where there is one, by jets where those need less."""
     ways = []
-    if term.source == "inverse_dynamics":
+    if term.source == "inverse_dynamics" and not derivation.tree.elastic:
         ways.append(inverse_dynamics_rates(derivation, term.order))
     if not ways or any(load is not None for load in derivation.loads.wrenches):  # jets of positions serve loads and inertia
         with derivation.tape.block(f"time derivatives of {block.description}"):

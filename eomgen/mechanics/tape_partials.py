@@ -1,7 +1,7 @@
 """Partials of inverse dynamics by forward differentiation of what the tape has recorded: for trees with elastic links.
 
-An elastic coordinate moves the points of its link by different amounts, so there is no frame that moves along with all of them, which
-the recursion of ``partials`` needs.
+An elastic coordinate moves the points of its link by different amounts, so there is no frame that moves along with all of them,
+which the recursion of ``partials`` needs.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.mechanics.beams.elastic_body import ElasticBody, RelativeMotion
-from eomgen.mechanics.motion import BaseMotion, Field, base_fields, total_fields
+from eomgen.mechanics.motion import BaseMotion, LinkField, base_fields, total_fields
 from eomgen.mechanics.rigid_body import Inertia, wrench
 from eomgen.mechanics.tree import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
@@ -40,7 +40,7 @@ def summed(first: Wrench, second: Wrench) -> Wrench:
     return plus(first[0], second[0]), plus(first[1], second[1])
 
 
-def net_wrenches(tree: Tree, fields: Sequence[Field], loads: Sequence[Wrench | None]) -> list[Wrench]:
+def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:
     """Return for each link the wrench that its inertia demands less what is applied to it."""
     demanded = field_wrenches(tree, fields)
     return [load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)]
@@ -61,7 +61,7 @@ def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | No
     return tree.by_dof(projected if rows is None else projected | rows)
 
 
-def inertial(tree: Tree, fields: Sequence[Field], label: str) -> list[Scalar]:
+def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
     """Return the generalized forces that the links' inertia demands for their acceleration fields."""
     return generalized(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
 
@@ -78,7 +78,7 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
     return total
 
 
-def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:
+def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
     """Return the wrench that each link's inertia demands for its acceleration field."""
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
@@ -90,7 +90,7 @@ def field_wrenches(tree: Tree, fields: Sequence[Field]) -> list[Wrench]:
     return loads
 
 
-def elastic_rows(tree: Tree, fields: Sequence[Field]) -> Rows:
+def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
     """Return what the elastic coordinates of each link need for its acceleration field and the motion against it."""
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
@@ -143,8 +143,8 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
     M = [[algebra.zero] * tree.nv for _ in range(tree.nv)]
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
-            for k, column in enumerate(link.columns):
-                dof, ratio = link.dofs[k], link.coordinates.ratio
+            for k, dof in enumerate(link.dofs):
+                ratio = link.coordinates.ratio
                 load, own = _unit_acceleration(link, bodies[index], k)
                 for other in range(k):
                     _couple(M, link.dofs[other], dof, ratio * ratio * own[other])

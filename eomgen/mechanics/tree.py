@@ -53,8 +53,8 @@ class Link:
     rotor_inertias : one for each column
     balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
     elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
-    bias : angular acceleration, and acceleration of the origin, that rates alone give against the parent, in this frame; None where
-        the motion subspace is constant
+    bias : angular acceleration, and acceleration of the origin, that rates alone give against the parent, in this frame; None
+        where the motion subspace is constant
     angle : rotation vector against the parent where that is what the rotation is made of
     """
 

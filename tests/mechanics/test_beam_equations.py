@@ -15,7 +15,6 @@ from eomgen.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, times, vector
-from tests.oracles.states import jacobian
 from tests.oracles.taylor import Moving, cos, product, rotated, rotation, shifted, sin
 from tests.oracles.taylor import vector as moving_vector
 
@@ -23,6 +22,10 @@ LENGTH, DENSITY, POLAR = 2.0, 1.2, 0.05
 GRAVITY = (0.3, -0.5, -9.81)
 TERMS = ["mass", "coupling", "force", "base_motion", "inverse_dynamics", "forward_dynamics", "partials"]
 Modes = Sequence[tuple[DeformationKind, int]]
+#: Points of a scene for its coordinates, and that for the base.
+OfMotion = Callable[[Sequence[Moving]], list[Points]]
+OnBase = Callable[[Frame], OfMotion]
+ROOT = moving_vector((0.3, 0.1, 0.2))
 
 PLANAR: Modes = (("bending_y", 2),)
 OTHER_PLANE: Modes = (("bending_z", 2),)
@@ -59,14 +62,14 @@ def single(modes: Modes, order: int, *, hinged: bool, stiffening: bool = True) -
     return Scene("single", (beam_body("beam", modes, order, stiffening=stiffening),), (joint,), vector(GRAVITY), base=MOVING_BASE)
 
 
-def points_of_single(scene: Scene) -> Callable[[Frame], Callable[[Sequence[Moving]], list[Points]]]:
+def points_of_single(scene: Scene) -> OnBase:
     hinged, beam = scene.joints[0].type == "revolute", scene.bodies[0].beam
     assert beam is not None
     body = ManyPoints(beam, DENSITY, POLAR)
 
-    def on_base(base: Frame) -> Callable[[Sequence[Moving]], list[Points]]:
+    def on_base(base: Frame) -> OfMotion:
         def points(q: Sequence[Moving]) -> list[Points]:
-            R, p = base[0], shifted(base[1], rotated(base[0], moving_vector((0.3, 0.1, 0.2))))
+            R, p = base[0], shifted(base[1], rotated(base[0], ROOT))
             if hinged:
                 R = product(R, rotation((0.0 * q[0], 0.0 * q[0], q[0])))
             return [body.points((R, p), q[int(hinged) :])]
@@ -88,14 +91,14 @@ def chain(order: int) -> Scene:
     return Scene("chain", (first, second, tip), joints, vector(GRAVITY), base=MOVING_BASE)
 
 
-def points_of_chain(scene: Scene) -> Callable[[Frame], Callable[[Sequence[Moving]], list[Points]]]:
+def points_of_chain(scene: Scene) -> OnBase:
     beams = [body.beam for body in scene.bodies if body.beam is not None]
     first, second = (ManyPoints(beam, DENSITY, POLAR) for beam in beams)
 
-    def on_base(base: Frame) -> Callable[[Sequence[Moving]], list[Points]]:
+    def on_base(base: Frame) -> OfMotion:
         def points(q: Sequence[Moving]) -> list[Points]:
             still = 0.0 * q[0]
-            R, p = product(base[0], rotation((still, still, q[0]))), shifted(base[1], rotated(base[0], moving_vector((0.3, 0.1, 0.2))))
+            R, p = product(base[0], rotation((still, still, q[0]))), shifted(base[1], rotated(base[0], ROOT))
             eta, angle, others = q[1:6], q[6], q[7:]
             middle = first.station((R, p), eta, (1.4, 0.1, 0.05))
             hinged = product(middle[0], rotation((still, angle, still))), middle[1]
@@ -125,7 +128,7 @@ def terms_of(system: System, state: dict[str, Array]) -> dict[str, Array]:
     return found
 
 
-def expected_terms(on_base: Callable[[Frame], Callable[[Sequence[Moving]], list[Points]]], state: dict[str, Array]) -> dict[str, Array]:
+def expected_terms(on_base: OnBase, state: dict[str, Array]) -> dict[str, Array]:
     q, v, a = (state[name] for name in "qva")
     moving, resting = on_base(base_frame(float(state["t"][0]))), on_base(WORLD)
     R = np.array([[entry.x for entry in row] for row in base_frame(float(state["t"][0]))[0]], float)
@@ -150,7 +153,7 @@ CASES += [(single(ALL, 2, hinged=True, stiffening=False), points_of_single), (ch
 
 
 @pytest.mark.parametrize(("scene", "points"), CASES)
-def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[..., Callable[[Frame], Callable[..., list[Points]]]]) -> None:
+def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[[Scene], OnBase]) -> None:
     """With order 2 nothing is left out, so M, h, b, Q and inverse dynamics agree to rounding, on a base that moves every way."""
     system = derive(scene, TERMS)
     state = state_of(system.nv)

@@ -21,8 +21,8 @@ from eomgen.symbolic.scalar import Scalar
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
     """Return the tree with the links of a beam, whose joint is already there.
 
-    The beam's link does not move against what carries it: its columns are zero, its coordinates deform it. So its frame, and with it
-    the shape integrals, are the body's own whatever the axes of the joint.
+    The beam's link does not move against what carries it: its columns are zero, its coordinates deform it. So its frame, and with
+    it the shape integrals, are the body's own whatever the axes of the joint.
     """
     if body.beam is None:
         return tree

@@ -1,7 +1,7 @@
 """Stations: places on a beam that something is attached to, carried by deflection and slope.
 
-A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Shortening and exp are kept whole: what an
-attached body transmits then stiffens the beam by itself (Kane, Ryan and Banerjee 1987 for the shortening).
+A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Both are kept whole: what
+an attached body transmits then stiffens the beam by itself (Kane, Ryan and Banerjee 1987 for the shortening).
 """
 
 from __future__ import annotations
