@@ -146,6 +146,7 @@ class _Assembler:
             self.joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
         tunable = {name: parameter.tunable for name, parameter in document.parameters.items()}
         self.curve_table: dict[str, AnyCurve] = {}
+        self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
         names = Names(
             parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
             inputs=(*document.inputs, *sorted(refused["inputs"])),
@@ -156,6 +157,7 @@ class _Assembler:
             ),
             controllers=(*document.controllers, *sorted(refused["controllers"])),
             joints=self.joint_types,
+            beams=self.elastic,
             points=(*document.points, *sorted(refused["points"])),
             springs=(*document.springs, *sorted(refused["springs"])),
             curves=self.curve_table,
@@ -174,6 +176,7 @@ class _Assembler:
         document, values = self.document, self.values
         bodies = {name: self.body(name, body) for name, body in document.bodies.items()}
         bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items()}
+        self.elastic |= {name: body.beam.size for name, body in bodies.items() if body.beam is not None}
         joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not self.refused["joints"] and not self.broken

@@ -50,6 +50,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
     if section == "beams" and name in document.bodies:
         return f"the name {name} is both a body and a beam", "another name for one of them"
+    if section == "beams" and name in document.joints:
+        return f"the name {name} is both a joint and a beam, and q.{name} would be both", "another name for one of them"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in _BARE and name in RESERVED:

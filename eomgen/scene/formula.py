@@ -206,8 +206,9 @@ class _Reader:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
             raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
-        if name in self.names.joints:
-            raise self.error(node, f"{shown(name)} is a joint, not a number", f"q.{name} or v.{name}")
+        for what, names in (("joint", self.names.joints), ("beam", self.names.beams)):
+            if name in names:
+                raise self.error(node, f"{shown(name)} is a {what}, not a number", f"q.{name} or v.{name}")
         declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
@@ -235,7 +236,8 @@ class _Reader:
             what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
             raise self.error(node, what, f"its formula, or the state {name}")
         if name not in known:
-            raise self.error(node, f"{kind}.{name[:64]}: there is no {_KINDS[kind]} {shown(name)}", nearest(name, known))
+            what = "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _KINDS[kind]
+            raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
         if size is None:
             return Symbol(kind, name, index or 0)
         if size == 0:
@@ -251,7 +253,8 @@ class _Reader:
         """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
         if kind in ("q", "v", "a"):
             sizes = CONFIGURATION_SIZE if kind == "q" else VELOCITY_SIZE
-            return list(self.names.joints), sizes.get(self.names.joints.get(name, ""))
+            elastic = self.names.beams.get(name) or None
+            return [*self.names.joints, *self.names.beams], sizes.get(self.names.joints.get(name, ""), elastic)
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
         if kind in ("length", "rate", "tension"):

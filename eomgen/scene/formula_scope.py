@@ -52,6 +52,7 @@ class Names:
     ----------
     parameters : mapping from name to whether it is tunable.
     joints : mapping from name to joint type; an empty type where it is not known.
+    beams : mapping from name to number of elastic coordinates; 0 where it is not known.
     curves : mapping from name to curve.
     """
 
@@ -60,6 +61,7 @@ class Names:
     states: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
+    beams: Mapping[str, int] = field(default_factory=dict)
     points: tuple[str, ...] = ()
     springs: tuple[str, ...] = ()
     tyres: tuple[str, ...] = ()

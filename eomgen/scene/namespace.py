@@ -129,6 +129,8 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
         if symbol.kind == "parameter" and symbol.name in space.values:
             return _bound(space.values[symbol.name], spaces[place + 1 :], names)
         section = section_of(symbol.kind)
+        if section == "joints" and symbol.name in space.names["beams"]:
+            section = "beams"  # whose elastic coordinates are called like those of joints
         if section:
             symbol = replace(symbol, name=space.names[section][symbol.name])
     return symbol

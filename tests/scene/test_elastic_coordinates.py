@@ -1,0 +1,88 @@
+"""Elastic coordinates of beams in formulas: named like those of joints, counted, and followed into included files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.scene.formula_nodes import Symbol
+
+BLADE = """
+format = 1
+name = "blade"
+
+[beams.blade]
+length = 2.0
+mass_per_length = 1.0
+bending_y = { modes = 2, stiffness = 10.0 }
+stretch = { modes = 1, stiffness = 1e4 }
+
+[joints.hub]
+type = "revolute"
+parent = "base"
+child = "blade"
+axis = [0, 0, 1]
+
+[outputs]
+tip = { formula = "FORMULA", unit = "m" }
+"""
+
+
+def loaded(folder: Path, formula: str, text: str = BLADE) -> eomgen.Scene:
+    path = folder / "scene.toml"
+    path.write_text(text.replace("FORMULA", formula))
+    return eomgen.load(path)
+
+
+@pytest.mark.parametrize("kind", ["q", "v", "a"])
+def test_components_are_counted_over_all_ways_to_deform(tmp_path: Path, kind: str) -> None:
+    scene = loaded(tmp_path, f"{kind}.blade[2]")
+    assert scene.outputs[0].values == (Symbol(kind, "blade", 2),)
+
+
+def test_a_single_coordinate_needs_no_index(tmp_path: Path) -> None:
+    text = BLADE.replace("stretch = { modes = 1, stiffness = 1e4 }\n", "").replace("modes = 2", "modes = 1")
+    assert loaded(tmp_path, "q.blade", text).outputs[0].values == (Symbol("q", "blade", 0),)
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        ("q.blade", "q.blade has 3 components (column 1); try: q.blade[0]"),
+        ("q.blade[3]", "q.blade has no component 3 (column 1); try: an index from 0 to 2"),
+        ("q.blad[0]", "q.blad: there is no joint or beam 'blad' (column 1); try: blade"),
+        ("blade", "'blade' is a beam, not a number (column 1); try: q.blade or v.blade"),
+    ],
+)
+def test_wrong_names_and_indices_are_answered(tmp_path: Path, formula: str, said: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        loaded(tmp_path, formula)
+    assert said in str(caught.value)
+
+
+def test_a_joint_and_a_beam_of_one_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        loaded(tmp_path, "q.hub", BLADE.replace("joints.hub", "joints.blade"))
+    said = "(beams.blade): the name blade is both a joint and a beam, and q.blade would be both; try: another name for one of"
+    assert said in str(caught.value)
+
+
+def test_an_included_beam_is_called_by_its_name_there_and_by_its_prefix_outside(tmp_path: Path) -> None:
+    (tmp_path / "part.toml").write_text(BLADE.replace("FORMULA", "q.blade[1] - q.hub"))
+    whole = tmp_path / "whole.toml"
+    whole.write_text("""
+format = 1
+name = "whole"
+
+[include.left]
+file = "part.toml"
+
+[outputs]
+outside = { formula = "v.left_blade[2]", unit = "m/s" }
+""")
+    outputs = {output.name: output.values[0] for output in eomgen.load(whole).outputs}
+    assert outputs["outside"] == Symbol("v", "left_blade", 2)
+    assert {item.name for item in outputs["left_tip"].arguments} == {"left_blade", "left_hub"}
