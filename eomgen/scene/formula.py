@@ -206,8 +206,8 @@ class _Reader:
             raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
             raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
-        for what, names in (("joint", self.names.joints), ("beam", self.names.beams)):
-            if name in names:
+        for what, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
+            if name in movable:
                 raise self.error(node, f"{shown(name)} is a {what}, not a number", f"q.{name} or v.{name}")
         declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
