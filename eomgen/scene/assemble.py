@@ -13,8 +13,10 @@ from eomgen.errors import Problem
 from eomgen.scene import checks, scene
 from eomgen.scene import schema as written
 from eomgen.scene.beam_frames import check_frames, check_not_absolute
+from eomgen.scene.beam_places import check_places
 from eomgen.scene.beams import read_beam
 from eomgen.scene.bushings import read_bushing
+from eomgen.scene.constraint import Constraint
 from eomgen.scene.constraints import check_closings, read_constraint
 from eomgen.scene.controllers import check_loops, read_controller, states_of
 from eomgen.scene.corners import applications
@@ -22,6 +24,7 @@ from eomgen.scene.curve import AnyCurve
 from eomgen.scene.curve_checks import check_twice_differentiable
 from eomgen.scene.curves import Curves, digest
 from eomgen.scene.document import read_document
+from eomgen.scene.force_elements import Bushing
 from eomgen.scene.formula_nodes import Formula, Operation, Symbol
 from eomgen.scene.formula_scope import ENERGIES, EVERYTHING, PARAMETERS, SPRING_FORCE, STATE, TIME, VELOCITY_SIZE, Names
 from eomgen.scene.frames import check_two_bodies
@@ -198,9 +201,9 @@ class _Assembler:
         bushings = [read_bushing(name, entry, self.bodies, points, values) for name, entry in document.bushings.items()]
         if complete:
             tree = [joints[link.name] for link in order]
-            check_closings(constraints, tree, self.report)
+            check_closings(constraints, tree, document.beams, self.report)
             for bushing in bushings:
-                check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, self.report)
+                check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, document.beams, self.report)
         if document.coordinates == "absolute":
             check_within_half_a_turn(joints.values(), values, self.report)
             check_not_absolute(document.beams, self.report)
@@ -208,6 +211,9 @@ class _Assembler:
         states, controllers = self.controllers()
         springs = tuple(self.spring(name, spring) for name, spring in document.springs.items())
         check_loops(controllers, springs, values)
+        forces = tuple(self.force(name, force) for name, force in document.forces.items())
+        framed: dict[str, Sequence[Constraint | Bushing]] = {"constraints": constraints, "bushings": bushings}
+        check_places(bodies, joints.values(), points.values(), forces, framed, values)
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
@@ -235,7 +241,7 @@ class _Assembler:
             "torsion_springs": tuple(self.torsion_spring(name, spring) for name, spring in document.torsion_springs.items()),
             "bushings": tuple(bushings),
             "tyres": tuple(read_tyre(name, tyre, points, values) for name, tyre in document.tyres.items()),
-            "forces": tuple(self.force(name, force) for name, force in document.forces.items()),
+            "forces": forces,
             "efforts": tuple(self.effort(name, effort) for name, effort in document.efforts.items()),
             "outputs": tuple(self.output(name, output) for name, output in document.outputs.items()),
             "simulation": scene.Simulation(

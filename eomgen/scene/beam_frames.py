@@ -22,7 +22,7 @@ _PARALLEL = 1e-9
 #: Twist (rotation, translation) of the frame that the deflection and the slope of each deformation stand for.
 _DEFLECTION = {"bending_y": 4, "bending_z": 5, "stretch": 3, "torsion": 0}
 _SLOPE = {"bending_y": 2, "bending_z": 1}
-_WORDS = ("turn about x", "turn about y", "turn about z", "move along x", "move along y", "move along z")
+_WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axis in "xyz")
 
 
 def check_not_absolute(beams: Iterable[str], report: Report) -> None:
@@ -48,31 +48,34 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             continue
         free = _freedoms(joint, carried, bodies, values)
         for deformation in beam.deformations:
-            for direction, what in _moved(deformation, beam):
-                twist = np.eye(6)[direction]
-                if np.linalg.norm(twist - free @ (free.T @ twist)) > _PARALLEL:
-                    text = (
-                        f"the {deformation.shapes} shapes have {what} at the frame's origin, and the {joint.type} joint"
-                        f" {joint.name} does not let the beam {_WORDS[direction]} there: it would hold the frame, not the beam"
-                    )
-                    values.report.add(f"{key}.{deformation.kind}.shapes", text, _hint(deformation, beam))
+            held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
+            if held:
+                what = (
+                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where the"
+                    f" {joint.type} joint {joint.name} holds it"
+                )
+                values.report.add(f"{key}.{deformation.kind}.shapes", what, _hint(deformation, beam))
+
+
+def _is_held(twist: Array, free: Array) -> bool:
+    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > _PARALLEL)
 
 
 def _hint(deformation: Deformation, beam: Beam) -> str:
     if beam.start < 0.0:
-        return "start = 0, the frame at the beam's first end, and clamped_free shapes; or a free joint"
+        return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
     return 'shapes = "clamped_free"' if deformation.shapes not in ("polynomial", "finite_elements") else 'ends = "clamped_free"'
 
 
-def _moved(deformation: Deformation, beam: Beam) -> list[tuple[int, str]]:
-    """Return the directions in which the material at the frame's origin moves against the frame, and words for each."""
+def _moved(deformation: Deformation, beam: Beam) -> list[int]:
+    """Return the components of the twist with which the material at the frame's origin moves against the frame."""
     ends = deformation.ends if deformation.shapes in ("polynomial", "finite_elements") else deformation.shapes
     first, last = beam.start >= 0.0, beam.start + beam.length <= 0.0
     held = (first and ends != "free_free") or (last and ends == "pinned_pinned")
     clamped = first and ends == "clamped_free"
-    found = [] if held else [(_DEFLECTION[deformation.kind], "a twist" if deformation.kind == "torsion" else "a deflection")]
+    found = [] if held else [_DEFLECTION[deformation.kind]]
     if deformation.kind in _SLOPE and not clamped:
-        found.append((_SLOPE[deformation.kind], "a slope"))
+        found.append(_SLOPE[deformation.kind])
     return found
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Literal, cast
 
 import numpy as np
@@ -17,7 +18,7 @@ from eomgen.scene.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.formula_nodes import Formula, Number, Operation
 from eomgen.scene.joint_limits import positive
 from eomgen.scene.names import key_of
-from eomgen.scene.scene import ZERO, Body
+from eomgen.scene.scene import ZERO, ZERO_VECTOR, Body
 from eomgen.scene.values import Values
 
 #: Number of coordinates of a mesh by its ends: per element, and beside these.
@@ -58,37 +59,40 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
         order=cast("Literal[1, 2]", entry.order),
         stiffening=entry.stiffening,
     )
-    return undeformed(name, beam)
+    try:
+        return undeformed(name, beam)
+    except OverflowError:
+        values.report.add(key, "the mass or the inertia of the beam is beyond what a computer holds", "SI units")
+        return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
 
 
 def undeformed(name: str, beam: Beam) -> Body:
     """Return a beam as a body: mass, centre of mass and inertia of the straight line it is at rest."""
-    profile = np.polynomial.Polynomial(beam.profiles.get("mass", _UNIFORM))
-    place = np.polynomial.Polynomial([beam.start, beam.length])
-    mass, first = (beam.length * _integral(profile * place**power) for power in range(2))
-    polar = beam.length * _integral(np.polynomial.Polynomial(beam.profiles.get("polar", _UNIFORM)))
-    center = first / mass if mass > 0.0 else 0.0
-    across = times(beam.length * _integral(profile * (place - center) ** 2), beam.mass_per_length)
-    inertia = (times(polar, beam.polar_inertia), across, across, ZERO, ZERO, ZERO)
-    return Body(name, times(mass, beam.mass_per_length), (Number(center), ZERO, ZERO), inertia, beam)
+    start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
+    zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
+    polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
+    across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
+    center = Number(float(start + length * first / zeroth))
+    mass = times(length * zeroth, beam.mass_per_length)
+    return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
 
 
-def times(factor: float, formula: Formula) -> Formula:
-    """Return a formula times a number."""
-    if isinstance(formula, Number):
-        return Number(factor * formula.value)
-    return formula if factor == 1.0 else Operation("mul", (Number(factor), formula))
+def times(factor: Fraction, formula: Formula) -> Formula:
+    """Return a formula times a number, rounded once."""
+    if isinstance(formula, Number) and math.isfinite(formula.value):
+        return Number(float(factor * Fraction(formula.value)))
+    return formula if factor == 1 else Operation("mul", (Number(float(factor)), formula))
 
 
 def _product(*formulas: Formula) -> Formula:
     numbers = math.prod(formula.value for formula in formulas if isinstance(formula, Number))
     rest = [formula for formula in formulas if not isinstance(formula, Number)]
-    if not rest or numbers == 0.0:
+    if not rest or numbers == 0.0 or not math.isfinite(numbers):
         return Number(numbers)
     product = rest[0]
     for formula in rest[1:]:
         product = Operation("mul", (product, formula))
-    return times(numbers, product)
+    return times(Fraction(numbers), product)
 
 
 def _sum(first: Formula, second: Formula) -> Formula:
@@ -97,9 +101,10 @@ def _sum(first: Formula, second: Formula) -> Formula:
     return Operation("add", (first, second))
 
 
-def _integral(polynomial: np.polynomial.Polynomial) -> float:
-    """Return the integral over s = 0 .. 1."""
-    return float(polynomial.integ()(1.0))
+def _moment(profile: Sequence[float], power: int) -> Fraction:
+    """Return the integral of a polynomial times a power of s over s = 0 .. 1."""
+    terms = (Fraction(entry) / (place + power + 1) for place, entry in enumerate(profile))
+    return sum(terms, Fraction(0))
 
 
 class _Section:
@@ -178,7 +183,7 @@ def _profile(key: str, given: Sequence[float | str], what: str, values: Values) 
     lowest = min([0.0, *turns, 1.0], key=lambda s: float(polynomial(s)))
     if polynomial(lowest) <= 0.0:
         how = "vanishes" if polynomial(lowest) == 0.0 else f"is {float(polynomial(lowest)):.6g} of its value"
-        text = f"the profile of the {what} {how} at s = {lowest:.6g}, where a beam needs some"
+        text = f"the profile of the {what} {how} at s = {lowest:.6g}"
         values.report.add(key, text, "coefficients of a polynomial above 0 for s from 0 to 1")
         return _UNIFORM
     return coefficients

@@ -93,13 +93,17 @@ def _kind(entry: written.Constraint) -> str:
     return f"driven {entry.type}" if entry.drive is not None and entry.type in KEYS["drive"] else entry.type
 
 
-def check_closings(constraints: Iterable[Constraint], joints: Sequence[Joint], report: Report) -> None:
+def check_closings(
+    constraints: Iterable[Constraint], joints: Sequence[Joint], beams: Collection[str], report: Report
+) -> None:
     """Report constraints between two places of one rigid body, which fixed joints make of several.
 
     Parameters
     ----------
     joints : sequence of Joint
         Parents first.
+    beams : collection of str
+        Bodies that are not rigid.
     """
     for constraint in constraints:
-        check_two_bodies("constraints", constraint.name, constraint.first, constraint.second, joints, report)
+        check_two_bodies("constraints", constraint.name, constraint.first, constraint.second, joints, beams, report)

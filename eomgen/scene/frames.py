@@ -88,7 +88,7 @@ def _orientation(
 
 
 def check_two_bodies(
-    section: str, name: str, first: Frame, second: Frame, joints: Sequence[Joint], report: Report
+    section: str, name: str, first: Frame, second: Frame, joints: Sequence[Joint], beams: Collection[str], report: Report
 ) -> None:
     """Report frames in one rigid body, which fixed joints make of several.
 
@@ -96,12 +96,15 @@ def check_two_bodies(
     ----------
     joints : sequence of Joint
         Parents first.
+    beams : collection of str
+        Bodies that are not rigid, neither by themselves nor with what is fixed to them.
     """
     host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:
-        host[joint.child] = host.get(joint.parent, joint.parent) if joint.type == "fixed" else joint.child
+        rigid = joint.type == "fixed" and joint.parent not in beams and joint.child not in beams
+        host[joint.child] = host.get(joint.parent, joint.parent) if rigid else joint.child
     one, other = first.body, second.body
-    if one in host and other in host and host[one] == host[other]:
-        rigid = one if one == other else listed([one, other]) + ", which fixed joints make one body"
+    if one not in beams and one in host and other in host and host[one] == host[other]:
+        which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
         hint = "frames in two bodies that move against each other"
-        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {rigid}", hint)
+        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {which}", hint)

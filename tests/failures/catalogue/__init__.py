@@ -7,6 +7,7 @@ read what comes, and when it says where, what, why and what to try, put it into 
 from __future__ import annotations
 
 from tests.failures.catalogue import (
+    beams,
     command_lines,
     descriptions,
     environments,
@@ -31,6 +32,7 @@ CHAPTERS: list[tuple[str, str, list[Failure]]] = [
     ("Tables and curves", "CSV files and points.", tables.FAILURES),
     ("Included files", "Scenes made of several files.", includes.FAILURES),
     ("Internal states and controllers", "What has a memory: states by formula, controllers, filters.", states.FAILURES),
+    ("Beams", "Elastic beams that cannot be, or whose shape functions do not suit what carries them.", beams.FAILURES),
     ("URDF", "Robots in the format of ROS.", robots.FAILURES),
     ("Command lines", "Verbs, options, and files that they name.", command_lines.FAILURES),
     ("Environments", "Compilers, caches, disks, and runs that leave the numbers.", environments.FAILURES),

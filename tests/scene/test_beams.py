@@ -1,0 +1,265 @@
+"""Beams in scene files: what is read, what follows from a section, where beams may sit, and the same scene by other roads."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from scipy.integrate import quad
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.beam import Beam
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.evaluate import evaluate
+from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.reader import load, load_toml
+from eomgen.scene.scene import Body, Scene
+from eomgen.scene.schema import schema
+
+HUB = """\
+[joints.hub]
+type = "revolute"
+parent = "base"
+child = "blade"
+axis = [0, 0, 1]
+"""
+BLADE = f"""\
+format = 1
+name = "blade"
+[parameters]
+flexural = {{ value = 1.4e4, unit = "N m^2", tunable = true }}
+heaviness = {{ value = 1.2, unit = "kg/m", tunable = true }}
+{HUB}
+[beams.blade]
+length = "1000 cm"
+mass_per_length = "heaviness"
+bending_y = {{ modes = 2, stiffness = "flexural", damping_ratio = 0.01, initial = {{ position = ["10 mm", 0], velocity = 0 }} }}
+"""
+
+
+def read(text: str) -> Scene:
+    return load_toml(text, file="blade.toml")
+
+
+def beam_of(scene: Scene, name: str = "blade") -> tuple[Body, Beam]:
+    body = next(body for body in scene.bodies if body.name == name)
+    assert body.beam is not None
+    return body, body.beam
+
+
+def number(formula: Formula, **parameters: float) -> float:
+    return evaluate(formula, lambda symbol: parameters[symbol.name])
+
+
+def test_what_is_read_and_its_defaults() -> None:
+    scene = read(BLADE.replace(", velocity = 0", ""))
+    body, beam = beam_of(scene)
+    (bending,) = beam.deformations
+    assert (beam.start, beam.length, beam.order, beam.stiffening, beam.size) == (0.0, 10.0, 1, True, 2)
+    assert beam.mass_per_length == Symbol("parameter", "heaviness") and beam.polar_inertia == Number(0.0)
+    assert beam.profiles == {}
+    assert (bending.kind, bending.shapes, bending.modes, bending.damping_ratio) == ("bending_y", "clamped_free", 2, 0.01)
+    assert bending.stiffness == Symbol("parameter", "flexural")
+    assert (bending.initial_position, bending.initial_velocity) == ((0.01, 0.0), ())
+    assert number(body.mass, heaviness=2.0) == 20.0
+    assert body.center_of_mass == (Number(5.0), Number(0.0), Number(0.0))
+    moments = [number(entry, heaviness=1.2) for entry in body.inertia]
+    assert moments == pytest.approx([0.0, 100.0, 100.0, 0.0, 0.0, 0.0], rel=1e-15)
+
+
+def test_deformations_come_in_one_order() -> None:
+    parts = ("torsion = { modes = 1, stiffness = 2 }", "stretch = { modes = 3, stiffness = 3 }")
+    text = BLADE + "polar_inertia = 0.1\n" + "\n".join(parts) + "\nbending_z = { modes = 1, stiffness = 4 }\n"
+    _, beam = beam_of(read(text.replace(", velocity = 0", "")))
+    assert [item.kind for item in beam.deformations] == ["bending_y", "bending_z", "stretch", "torsion"]
+    assert beam.size == 7
+
+
+def test_what_follows_from_a_section() -> None:
+    section = """\
+bending_y = { modes = 1 }
+bending_z = { modes = 1 }
+stretch = { modes = 1 }
+torsion = { modes = 1 }
+[beams.blade.section]
+elastic_modulus = "200 GPa"
+density = 7800
+area = "4 cm^2"
+second_moments = ["3 cm^4", "1 cm^4"]
+shear_modulus = "80 GPa"
+torsion_constant = "2 cm^4"
+"""
+    body, beam = beam_of(read(f'format = 1\nname = "blade"\n{HUB}\n[beams.blade]\nlength = 2\n{section}'))
+    stiffnesses = [number(item.stiffness) for item in beam.deformations]
+    assert stiffnesses == pytest.approx([6000.0, 2000.0, 8e7, 1600.0], rel=1e-15)
+    assert number(beam.mass_per_length) == pytest.approx(3.12, rel=1e-15)
+    assert number(beam.polar_inertia) == pytest.approx(7800 * 4e-8, rel=1e-15)
+    assert number(body.inertia[0]) == pytest.approx(2 * 7800 * 4e-8, rel=1e-15)
+
+
+def test_mass_center_and_inertia_of_a_taper() -> None:
+    profile, polar = (1.0, -0.9, 0.3), (1.0, 0.0, -0.5)
+    text = BLADE.replace(", velocity = 0", "") + (
+        f"start = -2.5\nmass_profile = {list(profile)}\npolar_profile = {list(polar)}\npolar_inertia = 0.02\n"
+    )
+    body, beam = beam_of(read(text.replace('"revolute"', '"free"').replace("axis = [0, 0, 1]", "")))
+
+    def along(power: int, coefficients: tuple[float, ...], about: float = 0.0) -> float:
+        def integrand(x: float) -> float:
+            s = (x + 2.5) / 10.0
+            return (x - about) ** power * sum(entry * s**place for place, entry in enumerate(coefficients))
+
+        return float(quad(integrand, -2.5, 7.5, epsabs=1e-13)[0])
+
+    mass, center = along(0, profile), along(1, profile) / along(0, profile)
+    assert beam.profiles == {"mass": profile, "polar": polar}
+    assert number(body.mass, heaviness=1.2) == pytest.approx(1.2 * mass, rel=1e-14)
+    assert number(body.center_of_mass[0]) == pytest.approx(center, rel=1e-14)
+    assert number(body.inertia[1], heaviness=1.2) == pytest.approx(1.2 * along(2, profile, center), rel=1e-14)
+    assert number(body.inertia[0]) == pytest.approx(0.02 * along(0, polar), rel=1e-14)
+
+
+def test_the_builder_makes_the_same_scene() -> None:
+    builder = SceneBuilder("blade")
+    builder.parameter("flexural", 1.4e4, unit="N m^2", tunable=True).parameter("heaviness", 1.2, unit="kg/m", tunable=True)
+    builder.joint("hub", "revolute", "base", "blade", axis=[0, 0, 1])
+    bending = {"modes": 2, "stiffness": "flexural", "damping_ratio": 0.01, "initial": {"position": ["10 mm", 0.0]}}
+    built = builder.beam("blade", "1000 cm", mass_per_length="heaviness", bending_y=bending).build()
+    assert built.bodies == read(BLADE.replace(", velocity = 0", "")).bodies
+
+
+def test_an_included_beam_has_a_prefix(tmp_path: Path) -> None:
+    (tmp_path / "blade.toml").write_text(BLADE.replace(", velocity = 0", ""))
+    (tmp_path / "rotor.toml").write_text(
+        'format = 1\nname = "rotor"\n[include.left]\nfile = "blade.toml"\nparameters = { flexural = 100 }\n'
+        '[include.right]\nfile = "blade.toml"\nparent = "left_blade"\nposition = [10, 0, 0]\n'
+    )
+    scene = load(tmp_path / "rotor.toml")
+    _, left = beam_of(scene, "left_blade")
+    assert left.deformations[0].stiffness == Symbol("parameter", "left_flexural")
+    assert left.mass_per_length == Symbol("parameter", "left_heaviness")
+    assert {joint.child: joint.parent for joint in scene.joints} == {
+        "left_blade": "base", "right_base": "left_blade", "right_blade": "right_base",
+    }  # fmt: skip
+    assert next(parameter.value for parameter in scene.parameters if parameter.name == "left_flexural") == 100
+
+
+def test_the_json_schema_takes_beams() -> None:
+    jsonschema.Draft4Validator(schema()).validate(tomllib.loads(BLADE))
+    wrong: dict[str, Any] = tomllib.loads(BLADE.replace("modes = 2", "modes = 0"))
+    with pytest.raises(jsonschema.ValidationError, match=r"'modes': 0.* is not valid under any"):
+        jsonschema.Draft4Validator(schema()).validate(wrong)
+
+
+FREE_FREE = """\
+format = 1
+name = "frame"
+[beams.bar]
+length = 4
+start = -2
+mass_per_length = 3
+polar_inertia = 0.1
+{deformation}
+"""
+
+
+def with_joint(joint: str, deformation: str) -> Scene:
+    return read(FREE_FREE.format(deformation=deformation) + f'[joints.carrier]\nparent = "base"\nchild = "bar"\n{joint}\n')
+
+
+BENDING_Y = 'bending_y = { shapes = "free_free", modes = 2, stiffness = 100 }'
+BENDING_Z = 'bending_z = { shapes = "free_free", modes = 2, stiffness = 100 }'
+
+
+@pytest.mark.parametrize(
+    ("joint", "deformation"),
+    [
+        ('type = "free"', BENDING_Y),
+        ('type = "free"', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }'),
+        ('type = "planar"\naxis = [0, 0, 1]', BENDING_Y),
+        ('type = "planar"\naxis = [0, -1, 0]', BENDING_Z),
+        ('type = "prismatic"\naxis = [1, 0, 0]', 'stretch = { shapes = "free_free", modes = 1, stiffness = 10 }'),
+        ('type = "revolute"\naxis = [1, 0, 0]', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }'),
+    ],
+)
+def test_shapes_that_a_joint_lets_move(joint: str, deformation: str) -> None:
+    assert with_joint(joint, deformation).bodies[0].beam is not None
+
+
+@pytest.mark.parametrize(
+    ("joint", "deformation", "motion"),
+    [
+        ('type = "planar"\naxis = [0, 1, 0]', BENDING_Y, "move along y and turn about z"),
+        ('type = "revolute"\naxis = [0, 0, 1]', BENDING_Y, "move along y"),
+        ('type = "prismatic"\naxis = [0, 0, 1]', BENDING_Z, "turn about y"),
+        ('type = "spherical"', 'stretch = { shapes = "free_free", modes = 1, stiffness = 10 }', "move along x"),
+        ('type = "revolute"\naxis = [0, 1, 1]', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }', "turn about x"),
+    ],
+)
+def test_shapes_that_a_joint_holds(joint: str, deformation: str, motion: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        with_joint(joint, deformation)
+    assert f"with free_free shapes the beam can {motion} at the frame's origin" in str(caught.value)
+    assert "joint carrier holds it" in str(caught.value)
+
+
+def test_a_chain_of_joints_lets_a_beam_float() -> None:
+    """Two joints with a massless body between leave the frame what a planar joint leaves."""
+    chain = """
+[bodies.carrier]
+mass = MASS
+[joints.heave]
+type = "prismatic"
+parent = "base"
+child = "carrier"
+axis = [0, 0, 1]
+[joints.pitch]
+type = "revolute"
+parent = "carrier"
+child = "bar"
+axis = [0, 1, 0]
+"""
+    text = FREE_FREE.format(deformation=BENDING_Z) + chain
+    assert read(text.replace("MASS", "0")).bodies[1].beam is not None
+    with pytest.raises(DescriptionError, match="move along z"):
+        read(text.replace("MASS", "1"))
+
+
+@pytest.mark.parametrize("start", [0, -4])
+def test_pinned_shapes_at_either_end(start: int) -> None:
+    deformation = 'bending_y = { shapes = "pinned_pinned", modes = 2, stiffness = 100 }'
+    text = FREE_FREE.format(deformation=deformation).replace("start = -2", f"start = {start}")
+    joint = '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "bar"\naxis = [0, 0, 1]\n'
+    assert read(text + joint).bodies[0].beam is not None
+
+
+def test_a_beam_is_no_rigid_body_with_what_is_fixed_to_it() -> None:
+    """A bushing may go from one place of a beam to another, or to what is fixed to it."""
+    text = BLADE.replace(", velocity = 0", "") + """
+[bodies.tip]
+mass = 1
+[joints.tip]
+type = "fixed"
+parent = "blade"
+child = "tip"
+position = [10, 0, 0]
+[bushings]
+inner = { first = { body = "blade" }, second = { body = "blade", position = [5, 0, 0] }, stiffness = [1, 1, 1] }
+outer = { first = { body = "blade" }, second = { body = "tip" }, stiffness = [1, 1, 1] }
+"""
+    assert len(read(text).bushings) == 2
+
+
+def test_every_problem_of_a_beam_is_told_at_once() -> None:
+    text = BLADE.replace("modes = 2", "modes = 3").replace('"heaviness"', "-1").replace("0.01,", "-0.01,")
+    with pytest.raises(DescriptionError) as caught:
+        read(text)
+    assert [problem.what for problem in caught.value.problems] == [
+        "the mass per length is -1",
+        "3 values, one for each mode, are needed here, not 2",
+        "3 values, one for each mode, are needed here, not 1",
+        "the damping ratio is -0.01",
+    ]
