@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -110,8 +110,7 @@ def linearize(
     elif at is None or isinstance(at, str):
         state, setting = _found_state(able, at, initial, setting, any_kind=any_kind)
     else:
-        state = State("steady motion" if np.any(at.v) else "equilibrium", at.q, at.v, at.z, np.zeros(able.nv), at.multipliers)
-        setting = Setting(at.t, p, u, at.base if base is None else setting.base)
+        state, setting = _resting("steady motion" if np.any(at.v) else "equilibrium", at, setting)
     return about(able, state, setting, independent)
 
 
@@ -228,25 +227,44 @@ def _found_state(
     model: Model, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
 ) -> tuple[State, Setting]:
     """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
-    check_at = ("equilibrium", "initial")
-    if at not in (None, *check_at):
-        hint = '"equilibrium", "initial", or what model.equilibrium or model.steady_motion found'
+    if at not in (None, "equilibrium", "steady", "initial"):
+        hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
         raise UsageError(Problem("linearize", f"at = {at!r} says nothing", hint))
-    if at != "initial":
+    where = (initial, setting.parameters, setting.t, setting.u)
+    turning = at is None and setting.base is None and _base_moves(model, setting)
+    if at == "steady" or turning:
         try:
-            found = model.equilibrium(initial, setting.parameters, setting.t, setting.u, any_kind=any_kind)
+            return _resting("steady motion", model.steady_motion(_at_rest(model) if turning else None, None, *where), setting)
+        except NumericalError:
+            if at == "steady":
+                raise
+    if at in (None, "equilibrium"):
+        try:
+            return _resting("equilibrium", model.equilibrium(*where, any_kind=any_kind), setting)
         except (NumericalError, ModelError):
             if at == "equilibrium":
                 raise
-        else:
-            state = State("equilibrium", found.q, found.v, found.z, np.zeros(model.nv), found.multipliers)
-            return state, Setting(setting.t, setting.parameters, setting.u, found.base if setting.base is None else setting.base)
     start = initial_state(model, initial, setting.parameters)
     q, v = start.q, start.v
     if model.multipliers:
         consistent = model.consistent(q, v, setting.t, parameters=setting.parameters)
         q, v = consistent.q, consistent.v
     return State("initial state", q, v, start.z), setting
+
+
+def _resting(what: str, found: Rest, setting: Setting) -> tuple[State, Setting]:
+    """Return a state without accelerations, and the base as it was when the state was found."""
+    state = State(what, found.q, found.v, found.z, np.zeros(len(found.v)), found.multipliers)
+    return state, replace(setting, t=found.t, base=found.base if setting.base is None else setting.base)
+
+
+def _base_moves(model: Model, setting: Setting) -> bool:
+    return "base" in model.functions and bool(np.any(model.base(setting.t, parameters=setting.parameters)[7:]))
+
+
+def _at_rest(model: Model) -> dict[str, float]:
+    """Return velocities of zero against the base, for all components."""
+    return dict.fromkeys(model.v_names, 0.0)
 
 
 def _names(model: Model) -> Names:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from eomgen.runtime.linearize import Rest
     from eomgen.runtime.model import Model
     from eomgen.runtime.solution import Solution
+    from eomgen.runtime.steady_motion import SteadyMotion
 
 
 class Runs:
@@ -35,6 +36,15 @@ class Runs:
         from eomgen.runtime.equilibrium import equilibrium  # noqa: PLC0415
 
         return equilibrium(cast("Model", self), initial, parameters, t, u, any_kind=any_kind)
+
+    def steady_motion(
+        self, velocities: Mapping[str, float] | None = None, coordinates: Mapping[str, ArrayLike] | None = None,
+        initial: Mapping[str, Any] | None = None, parameters: Parameters = None, t: float = 0.0, u: Inputs = None,
+    ) -> SteadyMotion:  # fmt: skip
+        """Return a motion with constant velocities near the initial state; see ``runtime.steady_motion.steady_motion``."""
+        from eomgen.runtime.steady_motion import steady_motion  # noqa: PLC0415
+
+        return steady_motion(cast("Model", self), velocities, coordinates, initial, parameters, t, u)
 
     def linearize(
         self, q: ArrayLike | None = None, v: ArrayLike | None = None, a: ArrayLike | None = None, t: float = 0.0,

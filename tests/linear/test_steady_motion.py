@@ -1,0 +1,208 @@
+"""Steady motions and their stability against closed forms: a top, a governor, a pendulum on a turning base, a spinning body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen import ModelError, NumericalError, UsageError
+
+MASS, REACH, ACROSS, ALONG, G = 1.3, 0.25, 0.12, 0.03, 9.81  # of the top; ACROSS about the fixed point
+
+
+def top() -> eomgen.Scene:
+    """Return a symmetric top on a fixed point in Euler angles: precession, nutation, spin."""
+    builder = eomgen.SceneBuilder("top").body("yoke", 0.0).body("ring", 0.0)
+    about_center = ACROSS - MASS * REACH**2
+    builder.body("top", MASS, center_of_mass=[0, 0, REACH], inertia=[about_center, about_center, ALONG])
+    builder.joint("precession", "revolute", "base", "yoke", axis=[0, 0, 1])
+    builder.joint("nutation", "revolute", "yoke", "ring", axis=[1, 0, 0], initial={"position": 0.3})
+    return builder.joint("spin", "revolute", "ring", "top", axis=[0, 0, 1]).build()
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    return eomgen.build(top(), profile="quick")
+
+
+def precessions(theta: float, spin: float) -> list[float]:
+    """Return the roots of (A - C) cos(theta) p^2 - C s p + m g l = 0, from the balance of moments about the line of nodes."""
+    return sorted(np.roots([(ACROSS - ALONG) * math.cos(theta), -ALONG * spin, MASS * G * REACH]).real)
+
+
+@pytest.mark.parametrize("root", [0, 1], ids=["slow", "fast"])
+def test_steady_precession_of_a_top(model: eomgen.Model, root: int) -> None:
+    theta, spin = 0.6, 80.0
+    expected = precessions(theta, spin)[root]
+    start = {"precession": {"velocity": 0.9 * expected}}
+    found = model.steady_motion({"spin": spin}, {"nutation": theta}, start)
+    np.testing.assert_allclose(found.v, [expected, 0.0, spin], rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(found.q[1], theta, rtol=1e-15)
+    assert found.ignorable == ("v.precession", "v.spin")
+    assert not found.undetermined
+
+    lin = model.linearize(at=found)
+    assert lin.reference.what == "steady motion"
+    modes = lin.modes()
+    # small nutation, with both momenta kept: A^2 p^2 w^2 = A^2 p^4 - 2 m g l A p^2 cos(theta) + (m g l)^2
+    weight = MASS * G * REACH
+    square = expected**2 - 2.0 * weight * math.cos(theta) / ACROSS + (weight / (ACROSS * expected)) ** 2
+    np.testing.assert_allclose(modes.angular_frequency[-1], math.sqrt(square), rtol=1e-9)
+    np.testing.assert_allclose(modes.damping_ratio[-1], 0.0, atol=1e-9)
+    assert np.all(np.abs(modes.eigenvalues[:-1]) <= modes.uncertainty[:-1])
+    assert modes.stability == "marginal"
+
+
+def test_inclination_of_a_top_from_both_rates(model: eomgen.Model) -> None:
+    slow = precessions(0.7, 90.0)[0]
+    found = model.steady_motion({"spin": 90.0, "v.precession": slow}, initial={"nutation": 0.5})
+    np.testing.assert_allclose(found.q[1], 0.7, rtol=1e-9)
+    solution = model.simulate(1.0, 1e-3, initial=found.initial, method="rk4")
+    np.testing.assert_allclose(solution.q[-1, 1], 0.7, rtol=0, atol=1e-9)
+
+
+def test_what_is_left_open_is_named(model: eomgen.Model) -> None:
+    found = model.steady_motion({"spin": 80.0}, initial={"nutation": 0.5, "precession": {"velocity": 1.3}})
+    assert set(found.undetermined) == {"nutation", "v.precession"}
+    assert "one more value could have been given, of nutation, v.precession" in found.message
+
+
+def test_sleeping_top_is_stable_above_the_critical_spin() -> None:
+    """On a ball joint: C^2 s^2 > 4 A m g l."""
+    builder = eomgen.SceneBuilder("sleeper")
+    about_center = ACROSS - MASS * REACH**2
+    builder.body("top", MASS, center_of_mass=[0, 0, REACH], inertia=[about_center, about_center, ALONG])
+    model = eomgen.build(builder.joint("ball", "spherical", "base", "top").build(), profile="quick")
+    critical = 2.0 * math.sqrt(ACROSS * MASS * G * REACH) / ALONG
+    for share, stability in ((0.95, "unstable"), (1.05, "marginal")):
+        lin = model.linearize(model.initial_q, [0.0, 0.0, share * critical])
+        assert lin.modes().stability == stability
+        # seen from the world: A w^2 - C s w + m g l = 0; body axes turn with s, which shifts the frequencies
+        spin = share * critical
+        roots = np.roots([ACROSS, -ALONG * spin, MASS * G * REACH])
+        rates = lin.modes().eigenvalues
+        for root in roots:
+            wanted = 1j * (root - spin)
+            assert np.min(np.abs(np.concatenate([rates, rates.conj()]) - wanted)) <= 1e-7 * spin
+
+
+def governor(*, looped: bool) -> eomgen.Scene:
+    """Return a spindle with two arms of point masses; by a mirror constraint or by a second joint that follows the first."""
+    builder = eomgen.SceneBuilder("governor").body("spindle", 1.0, inertia=[0.1, 0.1, 0.05])
+    builder.joint("spindle", "revolute", "base", "spindle", axis=[0, 0, 1])
+    for name, side in (("left", 1), ("right", -1)):
+        builder.body(name, 0.8, center_of_mass=[0, 0, -0.4])
+        start = {"position": 0.5 * side}
+        place = [0.05 * side, 0, 0]
+        builder.joint(name, "revolute", "spindle", name, axis=[0, -1, 0], position=place, initial=start)
+    builder.body("sleeve", 1.5, inertia=[0.01] * 3)
+    builder.joint("sleeve", "prismatic", "spindle", "sleeve", axis=[0, 0, 1], initial={"position": -0.6})
+    if looped:
+        for name, side in (("left", 1), ("right", -1)):
+            builder.point(f"ball_{name}", name, [0, 0, -0.4]).point(f"lug_{name}", "sleeve", [0.05 * side, 0, 0])
+            builder.constraint(f"link_{name}", "distance", f"ball_{name}", f"lug_{name}", length=0.4)
+    return builder.build()
+
+
+def test_governor_with_closed_loops() -> None:
+    """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's angle x."""
+    model = eomgen.build(governor(looped=True), profile="quick")
+    arm, offset, ball, sleeve = 0.4, 0.05, 0.8, 1.5
+    angle = 0.8
+    speed = math.sqrt((ball + sleeve) * G * math.tan(angle) / (ball * (offset + arm * math.sin(angle))))
+    found = model.steady_motion({"spindle": speed})
+    np.testing.assert_allclose(found.q[1:3], [angle, -angle], rtol=1e-9)
+    np.testing.assert_allclose(found.q[3], -2.0 * arm * math.cos(angle), rtol=1e-9)
+    assert found.ignorable == ("v.spindle",)
+    modes = model.linearize(at=found).modes()
+    assert len(model.linearize(at=found).coordinates) == 2
+    # in the angle x alone, spin momentum kept: mass 2 m l^2 + 4 M l^2 sin^2 x, by Routh's function
+    x = angle + 1e-30j
+    radius = offset + arm * np.sin(x)
+    momentum = (0.05 + 2.0 * ball * (offset + arm * math.sin(angle)) ** 2) * speed
+    axial = 0.05 + 0.01 + 2.0 * ball * radius**2
+    momentum = axial.real * speed
+
+    def slope(value: complex) -> complex:
+        r, dr = offset + arm * np.sin(value), arm * np.cos(value)
+        around = 0.06 + 2.0 * ball * r**2
+        return -(momentum**2) * 2.0 * ball * r * dr / around**2 + 2.0 * (ball + sleeve) * G * arm * np.sin(value)
+
+    stiffness = slope(x).imag / 1e-30
+    inertia = 2.0 * ball * arm**2 + 4.0 * sleeve * arm**2 * math.sin(angle) ** 2
+    np.testing.assert_allclose(slope(complex(angle)).real, 0.0, atol=1e-9)
+    np.testing.assert_allclose(modes.angular_frequency[-1], math.sqrt(stiffness / inertia), rtol=1e-8)
+
+
+def test_pendulum_on_a_base_that_turns() -> None:
+    """cos(x) = g / (l w^2); small motions with w sin(x). A base that turns steadily is part of the default point."""
+    speed, length = 7.0, 0.5
+    builder = eomgen.SceneBuilder("turning").base(rotation=[([0, 0, 1], f"{speed} * t")])
+    builder.body("bob", 2.0, center_of_mass=[0, 0, -length])
+    builder.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.8})
+    model = eomgen.build(builder.build(), profile="quick")
+    angle = math.acos(G / (length * speed**2))
+    lin = model.linearize(t=0.4)
+    assert lin.reference.what == "steady motion"
+    np.testing.assert_allclose(lin.reference.q, [angle], rtol=1e-10)
+    np.testing.assert_allclose(lin.undamped_frequencies, [speed * math.sin(angle)], rtol=1e-10)
+    upright = model.linearize(at="steady", initial={"hinge": 0.01})
+    np.testing.assert_allclose(upright.reference.q, [0.0], atol=1e-10)
+    np.testing.assert_allclose(upright.undamped_frequencies, [-math.sqrt(speed**2 - G / length)], rtol=1e-10)
+    held = model.linearize(at="equilibrium")
+    np.testing.assert_allclose(held.undamped_frequencies, [math.sqrt(G / length)], rtol=1e-10)
+
+
+def test_a_free_body_spins_about_a_principal_axis() -> None:
+    builder = eomgen.SceneBuilder("tumbler", gravity=[0, 0, 0]).body("body", 1.0, inertia=[0.3, 0.5, 0.7])
+    model = eomgen.build(builder.joint("ball", "spherical", "base", "body").build(), profile="quick")
+    found = model.steady_motion({"ball[2]": 4.0}, initial={"v": [0.3, -0.2, 0.0]})
+    np.testing.assert_allclose(found.v, [0.0, 0.0, 4.0], atol=1e-9)
+    assert found.ignorable == ("v.ball[0]", "v.ball[1]", "v.ball[2]")
+
+
+def test_a_search_that_ends_where_coordinates_are_singular(model: eomgen.Model) -> None:
+    """Upright, precession and spin turn about one axis."""
+    with pytest.raises(ModelError, match="the inertia matrix is singular where the search came to"):
+        model.steady_motion({"spin": 80.0}, initial={"nutation": 0.0})
+
+
+CALLS: list[tuple[Callable[[eomgen.Model], Any], type[Exception], str]] = [
+    (
+        lambda m: m.steady_motion({"spin": 20.0}, {"nutation": 0.6}), NumericalError,
+        "no steady motion was found in",
+    ),
+    (
+        lambda m: m.steady_motion({"nutation": 2.0}, {"nutation": 0.6, "precession": 0.0}), NumericalError,
+        "an initial state nearer to it, or velocities of coordinates on which nothing depends: v.precession, v.spin",
+    ),
+    (lambda m: m.steady_motion({"spinn": 2.0}), UsageError, "there is no component 'spinn'; try: spin"),
+    (lambda m: m.steady_motion({"spin": math.nan}), UsageError, "velocity spin: velocity spin is nan, not a finite number"),
+    (lambda m: m.steady_motion({"spin": [1.0, 2.0]}), UsageError, "velocity spin: one number is needed, not an array of"),
+    (lambda m: m.steady_motion([80.0]), UsageError, 'not list; try: velocities={"precession": 2.0}'),
+    (lambda m: m.steady_motion({}, {"nutatoin": 0.1}), UsageError, "there is no coordinate or joint 'nutatoin'; try: nutation"),
+    (lambda m: m.steady_motion({}, t=math.nan), UsageError, "t is nan, not a finite number"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("call, kind, text", CALLS, ids=[text[:40] for *_, text in CALLS])
+def test_messages(model: eomgen.Model, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str) -> None:
+    with pytest.raises(kind) as caught:
+        call(model)
+    assert text in str(caught.value)
+
+
+def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
+    """A pendulum that passes its lowest point does not accelerate there, with any velocity."""
+    builder = eomgen.SceneBuilder("swing").body("bob", 2.0, center_of_mass=[0, 0, -0.5])
+    model = eomgen.build(builder.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0]).build(), profile="quick")
+    with pytest.raises(NumericalError) as caught:
+        model.steady_motion({"hinge": 3.0})
+    said = str(caught.value)
+    assert "balance at this instant only, for they change along the motion or with time: later v.hinge accelerates" in said
+    assert "try: rest: in this scene forces depend on all coordinates, so none can move steadily" in said
