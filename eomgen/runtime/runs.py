@@ -54,8 +54,9 @@ class Runs:
     ) -> Linearization:  # fmt: skip
         """Return the linear model about a state: second order, state space, modes, frequency responses.
 
-        Without a state: about the static equilibrium near the initial state at ``t``, or, where there is none, about the
-        initial state itself. What depends on time is frozen at ``t``.
+        Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base that moves
+        at t about rest relative to it, where that lasts; where there is neither, about the initial state itself. What
+        depends on time is frozen at ``t``.
 
         Parameters
         ----------
@@ -65,7 +66,8 @@ class Runs:
         multipliers : (rows,)
             Those of the state where they are not given.
         at : str, or a result of ``equilibrium`` or ``steady_motion``
-            ``equilibrium`` (an error where there is none) or ``initial``.
+            ``equilibrium`` or ``steady`` (an error where there is none), or ``initial``. What was found with other inputs and
+            parameters than the scene's needs them here again.
         initial : mapping
             As of ``simulate``: where to start, or to look for equilibrium.
         any_kind : bool
