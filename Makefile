@@ -1,4 +1,4 @@
-# make demo   runs the main job: the active vehicle, from scene file to figure
+# make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
 # make test   passes the tests
 # Each makes its own virtual environment in .venv and installs what it needs.
 
@@ -24,6 +24,8 @@ $(VENV)/installed-test: $(VENV)/installed
 
 demo: $(VENV)/installed
 	$(BIN)/eomgen doctor --quiet
+	$(BIN)/python examples/spin_up_beam/demo.py --out out/spin_up_beam
+	@echo
 	$(BIN)/python examples/active_vehicle/demo.py --out out/active_vehicle
 
 # Tests that look at pages need Chromium: it is installed where apt-get and the right to use it are there.

@@ -1,0 +1,130 @@
+"""The spin-up beam: published digits, its linear equation by other means, EXUDYN's beams, and what is not in its code."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen import Solution
+from tests.oracles.exudyn_beams import spin_up
+from tests.oracles.spin_up_beam import SET_A, SET_B, simulate
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+FOLDER = Path(__file__).parents[2] / "examples" / "spin_up_beam"
+TIMES = np.linspace(1.0, 20.0, 39)
+DEMO = [sys.executable, str(FOLDER / "demo.py")]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
+
+
+@cache
+def run_of(name: str) -> Solution:
+    run = eomgen.build(FOLDER / f"{name}.toml").simulate()
+    assert run.success, run.message
+    return run
+
+
+def tip_at(run: Solution, times: np.ndarray) -> np.ndarray:
+    rows = np.rint(times / 1e-3).astype(int)
+    np.testing.assert_allclose(run.t[rows], times, atol=1e-9)
+    return run.outputs["tip_deflection"][rows]
+
+
+def test_set_a_has_the_published_peak_and_vibration() -> None:
+    run = run_of("scene")
+    tip = run.outputs["tip_deflection"]
+    assert tip.min() == pytest.approx(-0.5744, abs=1e-4)
+    assert run.t[tip.argmin()] == pytest.approx(6.762, abs=2e-3)
+    assert np.abs(tip[run.t > 15.0]).max() == pytest.approx(3.611e-3, rel=1e-3)
+    assert tip_at(run, np.array([5.0, 7.5, 10.0])) == pytest.approx([-0.468806, -0.559599, -0.362788], abs=2e-6)
+
+
+@pytest.mark.parametrize(("name", "beam"), [("scene", SET_A), ("set_b", SET_B)])
+def test_both_sets_follow_the_linear_equation(name: str, beam: object) -> None:
+    exact = simulate(beam, 3).deflection(TIMES.tolist())  # type: ignore[arg-type]  # a Beam
+    assert np.abs(tip_at(run_of(name), TIMES) - exact).max() < 2e-6
+
+
+@pytest.mark.parametrize("modes", [1, 2, 5])
+def test_any_number_of_modes_follows_the_linear_equation(modes: int, tmp_path: Path) -> None:
+    text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
+    tip = " + ".join(f"q.blade[{mode}]" for mode in range(modes)) if modes > 1 else "q.blade"
+    text = text.replace("modes = 3", f"modes = {modes}").replace("q.blade[0] + q.blade[1] + q.blade[2]", tip)
+    path = tmp_path / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    run = eomgen.build(path).simulate(12.0, method="rk4")
+    times = TIMES[TIMES < 12.0]
+    exact = simulate(SET_A, modes, end=12.0).deflection(times.tolist())
+    assert np.abs(tip_at(run, times) - exact).max() < 1e-7
+
+
+def test_stretch_is_that_of_a_turning_rod_and_changes_bending_little() -> None:
+    run = run_of("with_stretch")
+    mean = run.outputs["tip_elongation"][run.t > 16.0].mean()
+    assert mean == pytest.approx(1.2 * 6.0**2 * 10.0**3 / (3 * 2.8e7), rel=1e-3)
+    softened = np.sqrt(1.2 * 6.0**2 / 2.8e7)
+    assert mean == pytest.approx(np.tan(softened * 10.0) / softened - 10.0, rel=3e-5)
+    change = run.outputs["tip_deflection"] - run_of("scene").outputs["tip_deflection"]
+    assert 1e-5 < np.abs(change).max() < 3e-4
+
+
+def test_without_stiffening_it_runs_away_as_its_equation_says() -> None:
+    run = run_of("without_stiffening")
+    tip = run.outputs["tip_deflection"]
+    assert run.t[np.abs(tip) > 10.0][0] < 10.0
+    exact = simulate(SET_A, 3, end=12.0, stiffening=False).deflection([5.0, 10.0, 12.0])
+    np.testing.assert_allclose(tip_at(run, np.array([5.0, 10.0, 12.0])), exact, rtol=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # EXUDYN renames settings with each version
+def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
+    coarse, fine = spin_up(SET_A, 8), spin_up(SET_A, 16)
+    limit = fine.position[:, 1] + (fine.position[:, 1] - coarse.position[:, 1]) / 3
+    assert limit.min() == pytest.approx(run_of("scene").outputs["tip_deflection"].min(), abs=3e-4)
+    assert np.abs(tip_at(run_of("scene"), fine.t.round(3)) - limit).max() < 1e-3
+
+
+def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
+    text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
+    more = 'bending_z = { modes = 3, stiffness = "bending_stiffness" }\nstretch = { modes = 1, stiffness = 2.8e7 }\n'
+    more += "torsion = { modes = 1, stiffness = 1e4 }\npolar_inertia = 1.2e-3\n"
+    path = tmp_path / "spatial.toml"
+    lines = text.splitlines(keepends=True)
+    place = next(number for number, line in enumerate(lines) if line.startswith("bending_y"))
+    path.write_text("".join([*lines[: place + 1], *more.splitlines(keepends=True), *lines[place + 1 :]]), encoding="utf-8")
+    planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(path)
+    assert [planar.nv, spatial.nv] == [3, 8]
+    assert planar.counts["coupling"].flops == 0  # along the beam nothing moves, so nothing quadratic is left
+    assert planar.counts["inverse_dynamics"].flops <= 97
+    assert spatial.counts["inverse_dynamics"].flops > 3 * planar.counts["inverse_dynamics"].flops
+
+
+def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
+    out = tmp_path / "demo out"
+    result = subprocess.run([*DEMO, "--out", str(out)], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "set A, no stiffening" in result.stdout and "ran away" in result.stdout
+    assert (out / "spin_up_beam.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "c" / "spin_up_beam.c").stat().st_size > 3_000
+    with (out / "peaks.csv").open(encoding="utf-8") as stream:
+        rows = {row["run"]: row for row in csv.DictReader(stream)}
+    assert float(rows["set B"]["greatest_deflection_m"]) == pytest.approx(-0.53447, abs=1e-5)
+    saved = Solution.load(out / "with_stretch.npz").outputs["tip_deflection"]
+    assert float(rows["set A, with stretch"]["greatest_deflection_m"]) == pytest.approx(float(saved.min()))
+
+
+def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    command = [*DEMO, "--out", str(tmp_path / "file" / "out")]
+    result = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 7
+    assert "try: --out with a folder that can be written" in result.stderr and "Traceback" not in result.stderr
