@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.constraints import Placed, place
-from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.loads import Loads, add_wrench
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import WORLD_NAME
+from eomgen.scene.constraint import Frame
 from eomgen.scene.force_elements import Bushing
 from eomgen.symbolic.scalar import (
     Algebra,
@@ -39,15 +39,15 @@ Rows = list[list[Scalar]]
 
 def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     """Add the forces of a bushing on both bodies, its potential and what it dissipates."""
-    algebra, kinematics = quantities.algebra, quantities.kinematics
-    if all(kinematics.tree.mounts[frame.body].link < 0 for frame in (bushing.first, bushing.second)):
+    algebra = quantities.algebra
+    if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
         return  # between base and world: whoever moves the base strains it
     K, D = ([[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping))
     preload = [quantities.formula(entry) for entry in bushing.preload]
     first, second = place(quantities, bushing.first), place(quantities, bushing.second)
     to_first = transpose(first.axes)
     shift = minus(apply(to_first, minus(second.origin, first.origin)), quantities.vector(bushing.rest))
-    turning, moving = _relative_motion(kinematics, bushing, second)
+    turning, moving = _relative_motion(quantities, bushing, second)
     turning, moving = apply(to_first, turning), apply(to_first, moving)
     turns = any(not entry.is_zero for row in (*K[:3], *D[:3], preload[:3]) for entry in row)
     angle, angle_rate, pull_back = algebra.zero_vector, algebra.zero_vector, algebra.identity
@@ -62,7 +62,7 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     moment = apply(first.axes, apply(pull_back, _vector(response[:3])))
     force = apply(first.axes, _vector(response[3:]))
     for here, other, sign in ((bushing.second, bushing.first, 1.0), (bushing.first, bushing.second, -1.0)):
-        _add_at(loads, quantities, here.body, second.origin, (moment, force), sign, external=other.body == WORLD_NAME)
+        _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=other.body == WORLD_NAME)
     loads.potential = loads.potential + 0.5 * dot(e, elastic) - dot(preload, e)
     loads.power = loads.power - dot(rate, viscous)
 
@@ -77,11 +77,11 @@ def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
     return _vector(rotations.logarithm(TapeAlgebra(algebra.tape), quaternion))
 
 
-def _relative_motion(kinematics: Kinematics, bushing: Bushing, second: Placed) -> tuple[Vector, Vector]:
+def _relative_motion(quantities: Quantities, bushing: Bushing, second: Placed) -> tuple[Vector, Vector]:
     """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base axes."""
-    motions = []
+    motions, kinematics = [], quantities.kinematics
     for frame in (bushing.first, bushing.second):
-        link = kinematics.tree.mounts[frame.body].link
+        link = quantities.mount(frame).link
         R, origin = kinematics.pose(link)
         omega, velocity = (apply(R, part) for part in kinematics.twist(link))
         motions.append((omega, plus(velocity, cross(omega, minus(second.origin, origin)))))
@@ -90,10 +90,10 @@ def _relative_motion(kinematics: Kinematics, bushing: Bushing, second: Placed) -
 
 
 def _add_at(
-    loads: Loads, quantities: Quantities, body: str, point: Vector, load: tuple[Vector, Vector], sign: float, *, external: bool
+    loads: Loads, quantities: Quantities, frame: Frame, point: Vector, load: tuple[Vector, Vector], sign: float, *, external: bool
 ) -> None:
-    """Add a moment and a force through a point, all in base axes, to the link that a body is on."""
-    link = quantities.tree.mounts[body].link
+    """Add a moment and a force through a point, all in base axes, to the link that a frame is on."""
+    link = quantities.mount(frame).link
     if link < 0:
         return
     R, origin = quantities.kinematics.pose(link)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from eomgen.mechanics.directions import configuration_directions, rates_along
-from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree
 from eomgen.scene.constraint import Constraint, Frame
@@ -58,7 +57,7 @@ def place(quantities: Quantities, frame: Frame) -> Placed:
     """Return a constraint's frame in base axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     r = algebra.vector([quantities.formula(item) for item in frame.position])
-    mount = quantities.tree.mount_at(frame.body, r)
+    mount = quantities.mount(frame)
     R = multiply(kinematics.pose(mount.link)[0], multiply(mount.orientation, algebra.matrix(frame.orientation)))
     return Placed(R, kinematics.position_in_base(frame.body, r))
 
@@ -147,14 +146,13 @@ def _contact(quantities: Quantities, item: Constraint, first: Placed, second: Pl
 
 def _rolling(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
     contact = _contact(quantities, item, first, second)
-    kinematics = quantities.kinematics
-    slip = minus(_velocity_at(kinematics, item.second.body, contact), _velocity_at(kinematics, item.first.body, contact))
+    slip = minus(_velocity_at(quantities, item.second, contact), _velocity_at(quantities, item.first, contact))
     return [(f"no slip along {axis}", dot(slip, first.axis(k))) for k, axis in enumerate("xy")]
 
 
-def _velocity_at(kinematics: Kinematics, body: str, point: Vector) -> Vector:
-    """Return the velocity (base axes) of the material point of a body that is at ``point`` now."""
-    link = kinematics.tree.mounts[body].link
+def _velocity_at(quantities: Quantities, frame: Frame, point: Vector) -> Vector:
+    """Return the velocity (base axes) of what moves with a frame at ``point``, where it is now."""
+    kinematics, link = quantities.kinematics, quantities.mount(frame).link
     R, origin = kinematics.pose(link)
     omega, velocity = kinematics.twist(link)
     return plus(apply(R, velocity), cross(apply(R, omega), minus(point, origin)))

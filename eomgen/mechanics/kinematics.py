@@ -107,11 +107,6 @@ class Kinematics:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         return self._fields[link]
 
-    def orientation_in_world(self, body: str) -> Matrix:
-        """Return the rotation matrix of a body, body axes to world axes."""
-        mount = self.tree.mounts[body]
-        return multiply(self.base.orientation, multiply(self.pose(mount.link)[0], mount.orientation))
-
     def inertial_twist(self, link: int) -> tuple[Vector, Vector]:
         """Return inertial angular velocity and velocity of the origin of a link, in link axes."""
         omega, velocity = self.twist(link)

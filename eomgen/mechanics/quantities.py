@@ -5,8 +5,9 @@ from __future__ import annotations
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.formulas import record
 from eomgen.mechanics.kinematics import Kinematics
-from eomgen.mechanics.tree import Tree
+from eomgen.mechanics.tree import Mount, Tree
 from eomgen.mechanics.tyre_contact import tyre_contact
+from eomgen.scene.constraint import Frame
 from eomgen.scene.formula_nodes import Formula, Symbol
 from eomgen.scene.scene import Point, Scene, Spring
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
@@ -87,6 +88,10 @@ class Quantities:
 
     def vector(self, formulas: Vector | tuple[Formula, Formula, Formula]) -> Vector:
         return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
+
+    def mount(self, frame: Frame) -> Mount:
+        """Return the mount of the body of a frame as the material around the frame's origin sees it."""
+        return self.tree.mount_at(frame.body, self.vector(frame.position))
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)

@@ -46,16 +46,16 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
 def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) -> tuple[Vector, Vector, Vector]:
     """Return the contact from the centre, the velocity of its material point, and the force in the road's plane; world axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
-    body = quantities.points[tyre.center].body
-    mount = kinematics.tree.mounts[body]
+    mount = kinematics.tree.mount_at(*quantities.at(quantities.points[tyre.center]))
     up = scaled(algebra.one / state.steepness, state.gradient)
-    axis = apply(kinematics.orientation_in_world(body), algebra.vector(slip.axis))
+    to_world = multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0])
+    axis = apply(to_world, apply(mount.orientation, algebra.vector(slip.axis)))
     sideways = minus(axis, scaled(dot(axis, up), up))
     sideways = scaled(algebra.one / algebra.call(Op.SQRT, dot(sideways, sideways)), sideways)
     forward = cross(sideways, up)
     arm = scaled(state.deflection - quantities.formula(tyre.radius), up)
     omega, _ = kinematics.inertial_twist(mount.link)
-    omega = apply(multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0]), omega)
+    omega = apply(to_world, omega)
     patch_velocity = plus(state.velocity, cross(omega, arm))
     rolling, at_rest = dot(state.velocity, forward), quantities.formula(slip.velocity)
     speed = algebra.call(Op.SQRT, rolling * rolling + at_rest * at_rest)

@@ -161,3 +161,42 @@ def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[[Scene
     for name, value in expected.items():
         assert relative_error(found[name], value, axes=value.ndim, floor=1e-3) <= 2e-13, name
     np.testing.assert_allclose(found["vdot"], np.linalg.solve(found["M"], found["Q"] - found["h"] - found["b"]), rtol=1e-9)
+
+
+#: Scales of the elastic part of a state from which a polynomial of degree 4 in the scale follows, and the matrix of its powers.
+SCALES = np.cos(np.pi * (np.arange(5) + 0.5) / 5)
+POWERS = np.vander(SCALES, increasing=True)
+
+
+def lowest_weights(values: Array, kept: int) -> Array:
+    """Return the part up to ``kept`` of a polynomial of degree 4, at 1, from its values at ``SCALES``."""
+    coefficients = np.linalg.solve(POWERS, values.reshape(len(SCALES), -1))
+    return coefficients[: kept + 1].sum(axis=0).reshape(values.shape[1:])
+
+
+@pytest.mark.parametrize("hinged", [False, True])
+@pytest.mark.parametrize("modes", [PLANAR, TWO_PLANES, STRETCHING, TWISTING, ALL])
+def test_order_1_is_the_whole_truncated_at_second_order(modes: Modes, hinged: bool) -> None:
+    """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is kept.
+
+    That is what Lagrange's equations of a kinetic energy truncated at second order give, so energy is conserved. A variation counts 1,
+    so the rows of elastic coordinates are linear.
+    """
+    scene = single(modes, 1, hinged=hinged)
+    system, on_base = derive(scene, TERMS), points_of_single(scene)
+    state, first = state_of(system.nv), int(hinged)
+    found = terms_of(system, state)
+
+    scaled = []
+    for scale in SCALES:
+        scales = np.concatenate([np.ones(first), np.full(system.nv - first, scale)])
+        scaled.append(expected_terms(on_base, {name: x * scales if name in "qva" else x for name, x in state.items()}))
+    whole = {name: np.array([terms[name] for terms in scaled]) for name in ("M", "h", "b", "Q", "tau")}
+    rigid, elastic = slice(0, first), slice(first, None)
+    for name in ("h", "b", "Q", "tau"):
+        for rows, kept in ((rigid, 2), (elastic, 1)):
+            expected = lowest_weights(whole[name][:, rows], kept)
+            np.testing.assert_allclose(found[name][rows], expected, rtol=1e-11, atol=1e-11, err_msg=name)
+    for rows, columns, kept in ((rigid, rigid, 2), (rigid, elastic, 1), (elastic, rigid, 1), (elastic, elastic, 0)):
+        expected = lowest_weights(whole["M"][:, rows, columns], kept)
+        np.testing.assert_allclose(found["M"][rows, columns], expected, rtol=1e-11, atol=1e-11)

@@ -78,10 +78,11 @@ def deflected(axis: Axis, eta: Sequence[Moving]) -> tuple[Vector, Vector]:
 class ManyPoints:
     """A uniform beam as points: four on each section where it has polar inertia, so that they have its mass and that inertia."""
 
-    def __init__(self, beam: Beam, mass_per_length: float, polar_inertia: float = 0.0, count: int = 24) -> None:
+    def __init__(self, beam: Beam, mass_per_length: float, polar_inertia: float = 0.0, count: int = 20) -> None:
         self.beam = beam
         places, weights = gauss(beam.length, count)
         self.axis = axis_of(beam, list(beam.start + places))
+        self.stations: dict[float, Axis] = {}
         self.radius = np.sqrt(polar_inertia / mass_per_length)
         self.angles = [0.0] if polar_inertia == 0.0 else [0.5 * np.pi * k for k in range(4)]
         self.masses = np.tile(mass_per_length * weights / len(self.angles), len(self.angles))
@@ -96,7 +97,9 @@ class ManyPoints:
 
     def station(self, frame: Frame, eta: Sequence[Moving], r: Sequence[float]) -> Frame:
         """Return the frame that the material around r carries, with its origin there."""
-        place, slopes = deflected(axis_of(self.beam, [r[0]]), eta)
+        if r[0] not in self.stations:
+            self.stations[r[0]] = axis_of(self.beam, [r[0]])
+        place, slopes = deflected(self.stations[r[0]], eta)
         R = rotation(first_of(slopes))
         local = shifted(first_of(place), rotated(R, vector((0.0, r[1], r[2]))))
         return product(frame[0], R), shifted(rotated(frame[0], local), frame[1])
