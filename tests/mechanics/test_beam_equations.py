@@ -179,8 +179,8 @@ def lowest_weights(values: Array, kept: int) -> Array:
 def test_order_1_is_the_whole_truncated_at_second_order(modes: Modes, hinged: bool) -> None:
     """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is kept.
 
-    That is what Lagrange's equations of a kinetic energy truncated at second order give, so energy is conserved. A variation counts 1,
-    so the rows of elastic coordinates are linear.
+    That is what Lagrange's equations of a kinetic energy truncated at second order give, so energy is conserved. A variation
+    counts 1, so the rows of elastic coordinates are linear.
     """
     scene = single(modes, 1, hinged=hinged)
     system, on_base = derive(scene, TERMS), points_of_single(scene)
