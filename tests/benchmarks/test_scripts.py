@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import generation_time, measure, robot_dynamics, stepping
+from benchmarks import generation_time, measure, robot_dynamics, spin_up_beam, stepping
 
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -45,3 +45,13 @@ def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> N
 def test_tables_line_up() -> None:
     text = measure.table(["name", "ns"], [["a", "1"], ["longer", "12345"]])
     assert text.splitlines() == ["| name   | ns    |", "|--------|-------|", "| a      | 1     |", "| longer | 12345 |"]
+
+
+def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) -> None:
+    assert spin_up_beam.main(["--quick"]) == 0
+    rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("|")][2:]
+    errors = {row[0].strip(): float(row[4]) for row in rows}
+    names = ["eomgen, generalized_alpha", "eomgen, rk4", "SciPy, DOP853", "SciPy, Radau", "EXUDYN, 16 elements"]
+    assert list(errors) == names
+    assert max(errors.values()) < 1e-7 and errors["eomgen, rk4"] < 1e-12
+    assert max(errors["SciPy, DOP853"], errors["SciPy, Radau"]) <= errors["eomgen, generalized_alpha"]
