@@ -23,21 +23,23 @@ def elastic_body(
     polar = number(beam.polar_inertia)
     n = beam.size
     beyond = [[algebra.zero] * n for _ in range(n)]
+    twists = [[polar * float(entry) for entry in row] for row in integrals.t2]
     for item, here in deformations(beam):
-        extra = (number(item.inertia_factor) - 1.0) * density
+        inertia_factor = number(item.inertia_factor)
         for k in here:
             for j in here:
-                beyond[k][j] = extra * float(integrals.m[k, j])
+                beyond[k][j] = (inertia_factor - 1.0) * (unit * float(integrals.m[k, j]))
+                twists[k][j] = inertia_factor * twists[k][j]
+    extra = None if all(entry.is_zero for row in beyond for entry in row) else tuple(tuple(row) for row in beyond)
     return ElasticBody(
         algebra=algebra,
         beam=beam,
         coordinates=coordinates,
-        mass=DistributedMass(algebra, integrals, unit, beam.order == 2),
+        mass=DistributedMass(algebra, integrals, unit, beam.order == 2, extra),
         density=factor,
         deflections=Deflections(algebra, integrals, beam.stiffening, coordinates.q, coordinates.v, coordinates.a),
-        factors=tuple(tuple(row) for row in beyond),
         twist=tuple(polar * float(entry) for entry in integrals.t0),
-        twists=tuple(tuple(polar * float(entry) for entry in row) for row in integrals.t2),
+        twists=tuple(tuple(row) for row in twists),
     )
 
 

@@ -41,7 +41,6 @@ class ElasticBody:
     ----------
     mass : integrals over the beam's mass, to be multiplied by ``density`` (one unless mass per length is a parameter)
     deflections : for the coordinates, velocities and accelerations of the tape
-    factors : (n, n) what multiplies the inertia of coordinates among themselves beyond 1, zero nearly always
     twist : (n,) int f_k over polar inertia, of torsion
     twists : (n, n) int f_k f_l over polar inertia, of torsion
     """
@@ -52,7 +51,6 @@ class ElasticBody:
     mass: DistributedMass
     density: Scalar
     deflections: Deflections
-    factors: tuple[Amplitudes, ...]
     twist: Amplitudes
     twists: tuple[Amplitudes, ...]
 
@@ -127,13 +125,11 @@ class ElasticBody:
 
     def inertia_of(self, k: int) -> Scalar:
         """Return the inertia of one coordinate alone, the frame at rest and nothing deformed."""
-        integral = float(self.mass.integrals.m[k, k])
-        return self.density * (self.mass.unit * integral) + self.factors[k][k] + self.twists[k][k]
+        return self.density * self.mass.inertia_of(k) + self.twists[k][k]
 
     def _own(self, k: int, angular_acceleration: Scalar, accelerations: Amplitudes) -> Scalar:
-        """Return what turning sections, and inertia beyond that of the mass, add to one row."""
-        of_twist = self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
-        return of_twist + self._weighted(self.factors[k], accelerations)
+        """Return what turning sections add to one row."""
+        return self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
         """Return the kinetic energy beyond that of the deformed body carried rigidly with the frame's inertial twist."""
@@ -147,8 +143,7 @@ class ElasticBody:
             values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
         (energy,) = relative_energy_kernel().instantiate(self.algebra, values)
         for k, rate in enumerate(own.v):
-            beyond = self._weighted(self.twists[k], own.v) + self._weighted(self.factors[k], own.v)
-            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * beyond)
+            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted(self.twists[k], own.v))
         return energy
 
     def _weighted(self, weights: Amplitudes, amplitudes: Amplitudes) -> Scalar:

@@ -48,12 +48,15 @@ class DistributedMass:
     ----------
     unit : what multiplies shape integrals here: mass per length if it is a constant, else 1
     second_order : whether products of weight 3 and 4 are kept
+    beyond : (n, n) what is added to the integrals of products of shape functions, where coordinates of one kind have more inertia
+        among themselves than their mass; None where none has
     """
 
     algebra: Algebra
     integrals: ShapeIntegrals
     unit: float
     second_order: bool
+    beyond: tuple[Amplitudes, ...] | None = None
 
     def first(self, component: Component) -> Scalar:
         """Return the integral of a component; of position, without x itself."""
@@ -61,6 +64,11 @@ class DistributedMass:
         for weight, a, b in component.pairs:
             total = total + weight * self._quadratic(self.integrals.g0, a, b)
         return total
+
+    def inertia_of(self, k: int) -> Scalar:
+        """Return the integral of the square of one shape function."""
+        own = self.algebra.one * (self.unit * float(self.integrals.m[k, k]))
+        return own if self.beyond is None else own + self.beyond[k][k]
 
     def product(self, left: Component, right: Component) -> Scalar:
         """Return the integral of the product of two components; of two positions, without x^2."""
@@ -71,6 +79,8 @@ class DistributedMass:
                 for weight, a, b in other.pairs:
                     total = total + weight * self._quadratic(self.integrals.g1, a, b)
         total = total + self._quadratic(self.integrals.m, left.shapes, right.shapes)
+        if self.beyond is not None:
+            total = total + self._quadratic(self.beyond, left.shapes, right.shapes)
         return total + self._of_higher_order(left, right) if self.second_order else total
 
     def _of_higher_order(self, left: Component, right: Component) -> Scalar:
