@@ -1,13 +1,14 @@
 """States between the recorded rows of a solution, on the manifold and to the order of the method.
 
-A quintic in the algebra gives q, and v of explicit methods. Each derivative of a curve between values that agree to order p only
+After Taylor steps with the model at hand, they are states of the method itself: a step from the row before. Otherwise
+a quintic in the algebra gives q, and v of explicit methods. Each derivative of a curve between values that agree to order p only
 loses an order, so accelerations are not its second derivative: they go through the recorded ones, by the cubic through four rows
 after explicit methods of order 4, and after generalized-alpha as the derivative of v, a cubic through v and a.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -44,6 +45,10 @@ class Rows(NamedTuple):
     z: Array
 
 
+#: From rows, times (n,) and the rows before them to q, v, a and z.
+Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
+
+
 @dataclass(frozen=True)
 class StoredFactor:
     """A factor of the configuration, as a solution keeps it."""
@@ -63,8 +68,8 @@ def factors_of(metadata: Mapping[str, Any]) -> list[StoredFactor]:
     return [StoredFactor(*entry) for entry in metadata["factors"]]
 
 
-def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike) -> State:
-    """Return the state at times within the recorded rows.
+def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
+    """Return the state at times within the recorded rows, by ``between`` where there is such a way.
 
     Raises
     ------
@@ -84,10 +89,13 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike) -> State:
         what = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s"
         raise UsageError(Problem("at", what, "times within it, or a longer run"))
     index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
-    _check_turns(rows, factors, np.unique(index))
-    explicit = str(metadata.get("method", "")).startswith("rk4")
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
-    pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
+    if between is None:
+        _check_turns(rows, factors, np.unique(index))
+        explicit = str(metadata.get("method", "")).startswith(("rk4", "taylor"))
+        pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
+    else:
+        pieces = [between(rows, flat[part], index[part]) for part in parts]
     q, v, a, z = (np.concatenate(part).reshape(*times.shape, part[0].shape[1]) for part in zip(*pieces, strict=True))
     return State(times, q, v, a, z)
 

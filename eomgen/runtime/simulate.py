@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.taylor import Taylor
+from eomgen.runtime.between import between_of
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
@@ -206,6 +207,7 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         see=lambda: seen(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
         linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
+        between=between_of(run, stepper),
     )  # fmt: skip
 
 

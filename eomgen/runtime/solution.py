@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.runtime.coordinates import component_names
-from eomgen.runtime.dense import Rows, State, largest_errors, state_at
+from eomgen.runtime.dense import Between, Rows, State, largest_errors, state_at
 from eomgen.runtime.files import read_arrays, write_arrays, write_table
 from eomgen.runtime.run_settings import number_of
 
@@ -47,6 +47,7 @@ class Solution:
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
     see : gives what pictures show, when it is first asked for; None where it is not known
+    between : gives states between rows by the method itself; None where they are interpolated
     evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
     linear : likewise the linear model about a ``State``
     """
@@ -67,13 +68,14 @@ class Solution:
     see: Callable[[], Seen] | None = None
     evaluate: Callable[[State], dict[str, Array]] | None = None
     linear: Callable[[State], Linearization] | None = None
+    between: Between | None = None
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
-        return {**vars(self), "see": None, "evaluate": None, "linear": None}
+        return {**vars(self), "see": None, "evaluate": None, "linear": None, "between": None}
 
     @cached_property
     def seen(self) -> Seen:
@@ -167,7 +169,8 @@ class Solution:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its order 4 and
-        generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows;
+        generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows; ``taylor`` takes
+        a step from the row before, to its tolerance, unless the solution comes from a file or from another process;
         ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
 
         Raises
@@ -175,7 +178,7 @@ class Solution:
         UsageError
             Times outside the solution, or half a turn or more between two rows.
         """
-        return state_at(self._rows, self.metadata, t)
+        return state_at(self._rows, self.metadata, t, self.between)
 
     def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
         """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.

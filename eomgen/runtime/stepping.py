@@ -49,6 +49,7 @@ class Stepper:
     def __init__(self, library: Library, settings: Mapping[str, float], parameters: Array) -> None:
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi
+        self.library = library
         self.sizes = {name: int(self._lib.eomgen_stepper_size(index)) for index, name in enumerate(STEPPER_SIZES)}
         self.layout = library.layout
         method: Mapping[str, Any] = library.layout["method"]

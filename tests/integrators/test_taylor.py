@@ -306,3 +306,31 @@ def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     assert np.array_equal(second.q, whole.q[37:])
     assert np.array_equal(second.a, whole.a[37:])
     assert second.stats["expansions"] == whole.stats["expansions"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_states_between_rows_are_those_of_the_method(name: str) -> None:
+    made = model(name)
+    coarse = made.simulate(0.8, 0.4, method="taylor", tolerance=1e-13)
+    fine = made.simulate(0.8, 0.05, method="taylor", tolerance=1e-13)
+    found = coarse.at(fine.t[1::2])
+    assert np.abs(found.q - fine.q[1::2]).max() < 1e-12
+    assert np.abs(found.v - fine.v[1::2]).max() < 1e-11
+    assert np.abs(found.a - fine.a[1::2]).max() < 1e-9
+    assert np.abs(found.z - fine.z[1::2]).max(initial=0.0) < 1e-12
+    assert np.array_equal(coarse.at(coarse.t[1:]).q, coarse.q[1:])
+
+
+def test_states_of_a_stored_solution_are_interpolated(tmp_path: Path) -> None:
+    solution = model("pendulum").simulate(0.8, 0.02, method="taylor")
+    stored = eomgen.Solution.load(solution.save(tmp_path / "run.npz"))
+    times = np.linspace(0.0, 0.8, 33)
+    difference = np.abs(stored.at(times).q - solution.at(times).q).max()
+    assert 1e-13 < difference < 1e-7
+
+
+def test_states_between_rows_across_a_corner() -> None:
+    made = eomgen.build(pushed("3 if t > late else 0"), method="taylor")
+    coarse, fine = (made.simulate(1.2, step, method="taylor", tolerance=1e-13) for step in (0.6, 0.1))
+    assert np.abs(coarse.at(fine.t).q - fine.q).max() < 1e-11
+    assert np.abs(coarse.at(fine.t).v - fine.v).max() < 1e-11
