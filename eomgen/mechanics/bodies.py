@@ -48,9 +48,9 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
         return quaternion_product(constant, [algebra.call(Op.COS, half), *(component * sine for component in axis)])
     if link.kind in ("prismatic", "elastic"):
         return constant
-    if link.angle is not None:
+    if link.station is not None:
         on_tape = TapeAlgebra(algebra.tape)
-        return quaternion_product(constant, [on_tape.scalar(part) for part in exponential(on_tape, link.angle)])
+        return quaternion_product(constant, [on_tape.scalar(part) for part in exponential(on_tape, link.station.angle)])
     return quaternion_product(constant, list(q[:4]))
 
 

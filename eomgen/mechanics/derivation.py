@@ -10,6 +10,7 @@ from eomgen.mechanics import terms as separated
 from eomgen.mechanics.absolute import build_absolute_tree
 from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_state, resting_base
+from eomgen.mechanics.beams.matrices import geometric, structural
 from eomgen.mechanics.bodies import accelerations, poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
 from eomgen.mechanics.directions import configuration_directions
@@ -226,6 +227,15 @@ class Derivation:
         values = [found[name] for name in ("kinetic", "potential", "power", "base_power")]
         what = "kinetic, potential (J), non-conservative power, power of base and drivers (W)"
         return [self.block("energy", (4,), values, what)]
+
+    def elastic(self) -> list[Block]:
+        K, D = structural(self.tree, self.quantities)
+        geometric_stiffness = geometric(self.tree, self.motion, self.loads.wrenches)
+        return [
+            self._matrix("K", K, "structural stiffness"),
+            self._matrix("D", D, "structural damping"),
+            self._matrix("K_geo", geometric_stiffness, "geometric stiffness for the present motion"),
+        ]
 
     def outputs(self) -> list[Block]:
         self.energies()

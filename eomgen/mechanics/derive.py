@@ -48,6 +48,10 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "accelerations": (("p", "q", "v", "a", "base"), "inertial accelerations of every body in body axes, angular first"),
     "jacobians": (("p", "q"), "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
     "outputs": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "the scene's named outputs"),
+    "elastic": (
+        ("p", "t", "q", "v", "a", "z", "u", "base"),
+        "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",
+    ),
     "linearization": (
         ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
         "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
@@ -81,7 +85,7 @@ OF_STATES = frozenset({"internal_rate", "internal_partials"})
 #: Terms that are recorded only when they are asked for by name.
 ON_REQUEST = frozenset(
     {
-        "accelerations", "jacobians", "linearization", "acceleration_partials", "output_partials", *RATE_TERMS,
+        "accelerations", "jacobians", "elastic", "linearization", "acceleration_partials", "output_partials", *RATE_TERMS,
     }
 )  # fmt: skip
 
@@ -137,6 +141,8 @@ def _present(derivation: Derivation, name: str) -> bool:
             return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
         case "base_motion" | "base_motion_rates" | "base_motion_rates_1":
             return derivation.base.moving
+        case "elastic":
+            return derivation.tree.elastic
         case "outputs" | "output_partials":
             return bool(derivation.scene.outputs)
         case "forward_dynamics":

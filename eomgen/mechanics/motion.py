@@ -75,8 +75,8 @@ def centripetal(omega: Vector) -> Matrix:
 
 def _bias(link: Link, turn: Vector, slide: Vector) -> tuple[Vector, Vector]:
     """Return what rates alone add to angular acceleration and to the origin's acceleration, as the parent sees it."""
-    if link.bias is not None:
-        return link.bias
+    if link.station is not None:
+        return link.station.bias
     return link.coordinates.algebra.zero_vector, cross(turn, slide)
 
 

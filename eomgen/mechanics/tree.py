@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from eomgen.mechanics.beams.elastic_body import ElasticBody
+from eomgen.mechanics.beams.stations import StationMotion
 from eomgen.mechanics.coordinates import Coordinates
 from eomgen.mechanics.joints import Column
 from eomgen.mechanics.rigid_body import Inertia
@@ -53,9 +54,7 @@ class Link:
     rotor_inertias : one for each column
     balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
     elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
-    bias : angular acceleration, and acceleration of the origin, that rates alone give against the parent, in this frame; None
-        where the motion subspace is constant
-    angle : rotation vector against the parent where that is what the rotation is made of
+    station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
     """
 
     name: str
@@ -74,8 +73,7 @@ class Link:
     rotor_inertias: tuple[Scalar, ...]
     balanced: bool = False
     elastic: ElasticBody | None = None
-    bias: tuple[Vector, Vector] | None = None
-    angle: Vector | None = None
+    station: StationMotion | None = None
 
     @property
     def dofs(self) -> tuple[int, ...]:

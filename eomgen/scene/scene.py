@@ -50,6 +50,7 @@ TERMS = (
     "accelerations",
     "jacobians",
     "outputs",
+    "elastic",
     "linearization",
     "acceleration_partials",
     "output_partials",

@@ -123,6 +123,17 @@ class ElasticBody:
         (work,) = elastic_row_kernel().instantiate(self.algebra, values)
         return self.density * work + self._own(k, 0.5 * (gradient[2][1] - gradient[1][2]), motion.accelerations)
 
+    def geometric_stiffness(self, origin: Scalar, gradient: Scalar) -> list[list[Scalar]]:
+        """Return what shortening adds to the stiffness where axial accelerations are ``origin + gradient x``."""
+        if not self.deflections.shortens:
+            return [[self.algebra.zero] * self.size for _ in range(self.size)]
+        g0, g1, unit = self.mass.integrals.g0, self.mass.integrals.g1, self.mass.unit
+        by_origin, by_gradient = self.density * origin, self.density * gradient
+        return [
+            [-(by_origin * (unit * float(g0[k, j])) + by_gradient * (unit * float(g1[k, j]))) for j in range(self.size)]
+            for k in range(self.size)
+        ]
+
     def inertia_of(self, k: int) -> Scalar:
         """Return the inertia of one coordinate alone, the frame at rest and nothing deformed."""
         return self.density * self.mass.inertia_of(k) + self.twists[k][k]

@@ -50,7 +50,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
                 replace(
                     beam, name=f"{body.name} at x = {x:g}", kind="station", parent=first, rotation=motion.rotation,
                     orientation=algebra.identity, neutral_position=algebra.vector([x, 0.0, 0.0]), position=motion.position,
-                    columns=motion.columns, inertia=no_inertia(algebra), elastic=None, bias=motion.bias, angle=motion.angle,
+                    columns=motion.columns, inertia=no_inertia(algebra), elastic=None, station=motion,
                 )
             )  # fmt: skip
     mounts = {**tree.mounts, body.name: Mount(first, algebra.identity, algebra.zero_vector)}

@@ -34,6 +34,7 @@ class StationMotion:
     angle : rotation vector (twist, -w', v')
     columns : (n,) motion subspace in the station's axes; it depends on the coordinates
     bias : angular and linear acceleration in the station's axes that rates alone give
+    shortening : (n, n) H(x), zero without stiffening
     """
 
     rotation: Rotation
@@ -41,6 +42,7 @@ class StationMotion:
     position: Vector
     columns: tuple[Column, ...]
     bias: tuple[Vector, Vector]
+    shortening: tuple[Amplitudes, ...]
 
 
 def moves(station: Station) -> bool:
@@ -88,7 +90,8 @@ def station_motion(
         }
         found = jacobian_vector(algebra.tape, [component.ref for component in rate_of_turn], rates)
         twisting = algebra.vector([Scalar(algebra.tape, ref) for ref in found])
-    return StationMotion(rotation, angle, position, columns, (twisting, rotation.rotate_back((drawn_in, zero, zero))))
+    bias = twisting, rotation.rotate_back((drawn_in, zero, zero))
+    return StationMotion(rotation, angle, position, columns, bias, tuple(shortening))
 
 
 def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
