@@ -58,11 +58,13 @@ def run_options(command: Command) -> Command:
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
         click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
+        click.option("--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."),
+        click.option("--tolerance", type=float, default=None, help="Of taylor's local errors; 1e-12 by default, 0: fixed steps."),
         click.option("--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."),
         click.option(
             "--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1."
         ),
-        click.option("--method", default=None, help="generalized_alpha, hht, rk4, rk4_partitioned ...; the scene's by default."),
+        click.option("--method", default=None, help="generalized_alpha, hht, rk4, taylor ...; the scene's by default."),
         click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default."),
         click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default."),
     ):

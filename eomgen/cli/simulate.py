@@ -82,7 +82,7 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
-    own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma") if key in settings]
+    own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
     method += "".join(f", {key} {settings[key]:.4g}" for key in own)
     end = f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"]), ("end", end)]
@@ -96,6 +96,8 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
         ("newton_iterations", "Newton iterations"),
         ("factorizations", "factorizations"),
         ("halvings", "halved steps"),
+        ("expansions", "Taylor series"),
+        ("rejections", "steps taken anew"),
     ):
         if stats.get(key):
             rows.append((label, str(stats[key])))

@@ -13,7 +13,7 @@ from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCur
 from eomgen.codegen.recurrence_functions import series_functions
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
-from eomgen.integrators.taylor import TAYLOR
+from eomgen.integrators.specification import SERIES_FAMILIES
 from eomgen.symbolic.operations import CurveLike
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
@@ -57,7 +57,7 @@ def to_program(
     made = _functions(system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
-    if data.get("family") == TAYLOR:
+    if data.get("family") in SERIES_FAMILIES:
         series, sizes = series_functions(system, curve_numbers)
         data |= sizes
     curves = {id(curve): curve for curve, _ in tape.curves}

@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.coefficients import Coefficients
+from eomgen.integrators.hermite import Hermite
 from eomgen.integrators.needs import FactsLike, Need
 from eomgen.integrators.taylor import Taylor
 
@@ -229,7 +230,7 @@ class RungeKuttaMuntheKaas:
                 _hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
 
 
-Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor
+Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor | Hermite
 
 def check_needs(method: Method, facts: FactsLike) -> None:
     """Raise ModelError naming every need of the method that the system does not meet."""

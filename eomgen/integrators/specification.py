@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.hermite import HERMITE, Hermite, hermite_data
 from eomgen.integrators.iteration_matrix import Unknowns
 from eomgen.integrators.jumps import jump_data
 from eomgen.integrators.methods import (
@@ -95,7 +96,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "order": method.order,
         "source": method.source,
         "step": float(step),
-        "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta | Taylor)),
+        "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta | Taylor | Hermite)),
         "lie": _lie_data(system.factors, implicit, getattr(method, "variant", "")),
         "turning": list(system.turning),
     }
@@ -131,6 +132,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         return data
     if isinstance(method, Taylor):
         return data | taylor_data(method)
+    if isinstance(method, Hermite):
+        return data | hermite_data(method)
     if isinstance(method, PartitionedRungeKutta):
         data |= {
             "unknowns": {"v": _nv(system), "lam": len(system.multipliers), "holonomic": system.holonomic, "eta": 0},
@@ -157,7 +160,7 @@ def _check_functions(method: Method, system: SystemLike) -> None:
     if isinstance(method, PartitionedRungeKutta):
         needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian"}
         needed |= {"constraint"} if system.holonomic else set()
-    elif isinstance(method, Taylor):
+    elif isinstance(method, Taylor | Hermite):
         needed = {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}
     elif len(system.multipliers) or (system.facts.internal_states and method.family == GENERALIZED_ALPHA):
         needed = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
@@ -266,7 +269,10 @@ _SETTINGS = {
     RKMK: (),
     PARTITIONED: (),
     TAYLOR: (),
+    HERMITE: (),
 }
+#: Methods that call the functions of the recurrence of Taylor coefficients.
+SERIES_FAMILIES = (TAYLOR, HERMITE)
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
 _CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
 _TAYLOR_STATISTICS = ("expansions", "rejections")

@@ -92,7 +92,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
-        explicit = str(metadata.get("method", "")).startswith(("rk4", "taylor"))
+        explicit = str(metadata.get("method", "")).startswith(("rk4", "taylor", "hermite"))
         pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
     else:
         pieces = [between(rows, flat[part], index[part]) for part in parts]

@@ -172,10 +172,14 @@ def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
 def advice(status_text: str, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
     smaller = f"a step smaller than {settings['step']:.3g} s"
+    if settings.get("tolerance", 0.0) > 0.0:  # its steps are its own
+        return "the forces and formulas near that time, or another method"
     if "singular" in status_text:
         return "the inertia of the bodies and, near special configurations, other initial angles"
     if "finite" in status_text or "not a number" in status_text:
         return f"{smaller}; then the forces and formulas near that time"
+    if "highest frequency" in status_text:
+        return smaller
     if "converge" in status_text:
         return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller
     return "the settings and inputs of the run"

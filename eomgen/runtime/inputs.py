@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.taylor import TAYLOR
+from eomgen.integrators.specification import SERIES_FAMILIES
 from eomgen.runtime.arguments import check_finite, check_name, numbers
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def jumps_known(library: Library) -> bool:
     Because it knows where they jump, or expands them in series.
     """
     said = any(function["name"] == "inputs" for function in library.layout["functions"])
-    return said and ("jumps" in library.layout["method"] or library.layout["method"].get("family") == TAYLOR)
+    return said and ("jumps" in library.layout["method"] or library.layout["method"].get("family") in SERIES_FAMILIES)
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
+from eomgen.integrators.hermite import Hermite
 from eomgen.integrators.methods import INDEX_3, RUNGE_KUTTA_MUNTHE_KAAS_4, STABILISED, GeneralizedAlpha, Method
 from eomgen.integrators.partitioned import PARTITIONED_RUNGE_KUTTA_4
 from eomgen.integrators.taylor import Taylor
@@ -32,7 +33,7 @@ _CASES: Mapping[str, tuple[str, ...]] = {
     "trapezoidal": (),
 }
 #: All methods with parameters of their own.
-_TAKES: Mapping[str, tuple[str, ...]] = {**_CASES, "taylor": ("order", "tolerance")}
+_TAKES: Mapping[str, tuple[str, ...]] = {**_CASES, "taylor": ("order", "tolerance"), "hermite": ()}
 _MAKERS: Mapping[str, Callable[..., Coefficients]] = {"hht": hht, "wbz": wbz, "newmark": newmark, "trapezoidal": trapezoidal}
 _INDEX_3 = "_index3"
 #: All parameters that some method takes.
@@ -49,6 +50,7 @@ METHOD_NAMES: Mapping[str, str] = {
     "runge_kutta": "rk4",
     "rk4_partitioned": "rk4_partitioned",
     "partitioned": "rk4_partitioned",
+    "hermite": "hermite",
     "taylor": "taylor",
 }
 
@@ -77,6 +79,8 @@ def method_named(
         return RUNGE_KUTTA_MUNTHE_KAAS_4
     if name == "rk4_partitioned":
         return PARTITIONED_RUNGE_KUTTA_4
+    if name == "hermite":
+        return Hermite()
     if name == "taylor":
         said = {"tolerance": tolerance, "order": order}
         return Taylor(**{key: value for key, value in said.items() if value is not None})  # type: ignore[arg-type]  # checked there
@@ -112,12 +116,12 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
 def terms_of(name: str, constrained: bool = False, internal: bool = False) -> tuple[str, ...]:
     """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states."""
     if internal:
-        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned", "taylor") else ("equations", "iteration")
+        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned", "taylor", "hermite") else ("equations", "iteration")
         mechanical = [term for term in terms_of(name, constrained) if not (implicit and term in ("residual", "partials"))]
         return tuple(dict.fromkeys([*mechanical, "internal_rate", *implicit]))
     if canonical_name(name) == "rk4":
         return ("forward_dynamics",)
-    if canonical_name(name) == "taylor":
+    if canonical_name(name) in ("taylor", "hermite"):
         return ("mass", "residual")
     if canonical_name(name) == "rk4_partitioned":
         if not constrained:  # it is refused, for a better reason than missing terms

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.taylor import Taylor
+from eomgen.integrators.specification import SERIES_FAMILIES
 from eomgen.runtime.between import between_of
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
@@ -76,7 +76,8 @@ def simulate(
         ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
         ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with ``_index3``; ``rk4``
         (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``, whose steps are its own and
-        ``step`` the spacing of the time grid on which it gives states.
+        ``step`` the spacing of the time grid on which it gives states; ``hermite``, of order 4 from accelerations and their
+        rates.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
@@ -136,7 +137,7 @@ def simulate(
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
     check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
-    if isinstance(stepped_by, Taylor):
+    if stepped_by.family in SERIES_FAMILIES:
         check_held(name, from_caller)
     signals = InputSignals(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)

@@ -247,6 +247,7 @@ class _Assembler:
             "simulation": scene.Simulation(
                 simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
                 simulation.alpha, simulation.beta, simulation.gamma, simulation.start,
+                simulation.tolerance, simulation.order,
             ),
         }
 

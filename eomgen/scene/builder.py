@@ -467,13 +467,15 @@ class SceneBuilder:
         alpha: float | None = None,
         beta: float | None = None,
         gamma: float | None = None,
+        tolerance: float | None = None,
+        order: int | None = None,
         record_every: int | None = None,
         start: str | None = None,
     ) -> Self:
         """Set what ``simulate`` does when not told otherwise (steps and durations in seconds)."""
         return self._enter(
             "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, alpha=alpha, beta=beta, gamma=gamma,
-            record_every=record_every, start=start,
+            tolerance=tolerance, order=order, record_every=record_every, start=start,
         )  # fmt: skip
 
     def build(self) -> Scene:

@@ -310,6 +310,8 @@ class Simulation:
     beta: float | None = None
     gamma: float | None = None
     start: str = "initial"
+    tolerance: float | None = None
+    order: int | None = None
 
 
 @dataclass(frozen=True)

@@ -312,6 +312,10 @@ class Simulation(Table):
     alpha: Finite | None = key("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", None, kind="0 to 1")
     beta: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.25")
     gamma: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.5")
+    tolerance: Finite | None = key("of local errors of `taylor`; 0: fixed steps", None, kind="0 to 0.1", shown_default="`1e-12`")
+    order: Annotated[int, Field(ge=2, le=40)] | None = key(
+        "of `taylor`", None, kind="whole number, 2 to 40", shown_default="what suits the tolerance"
+    )
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", 1, kind="whole number from 1"
     )

@@ -111,6 +111,43 @@ FAILURES = [
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
     Failure(
+        "A Taylor series of constrained motion", 4,
+        (
+            "model error: taylor cannot run on this scene: taylor needs a system without constraints: it expands ordinary "
+            "differential equations and would ignore the constraint equations; try: generalized_alpha"
+        ),
+        command="simulate scene.toml --out out --method taylor --coordinates absolute",
+    ),
+    Failure(
+        "A Taylor series of a force with corners", 4,
+        (
+            "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or corners at times that are "
+            "known; here are abs(), decided by the motion; try: generalized_alpha"
+        ),
+        command="simulate scene.toml --out out --method taylor",
+        old='effort = "motor"', new='effort = "motor - abs(v.shoulder) * v.shoulder"',
+    ),
+    Failure(
+        "A tolerance that is none", 2,
+        (
+            "usage error: tolerance: the tolerance must lie in 0..0.1, not -1e-06; try: 1e-10, or 0 for steps of the time grid"
+        ),
+        command="simulate scene.toml --out out --method taylor --tolerance -1e-6",
+    ),
+    Failure(
+        "Fixed Taylor steps without an order", 2,
+        (
+            "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the "
+            "order follows"
+        ),
+        command="simulate scene.toml --out out --method taylor --tolerance 0",
+    ),
+    Failure(
+        "An order that is too high", 2,
+        "usage error: order: the order must be a whole number, 2 to 40, not 50; try: 20",
+        command="simulate scene.toml --out out --method taylor --order 50",
+    ),
+    Failure(
         "A folder without a name", 2,
         "usage error: --out: the name of the folder is empty; try: --out . for this folder",
         command="generate scene.toml --out ''",

@@ -1,0 +1,105 @@
+"""Equations of motion as heyoka's expressions: eomgen's own forward dynamics, and a chain of rods as its user would write it.
+
+heyoka finds common subexpressions itself when it takes the equations apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import heyoka
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.symbolic.tape import Op
+from eomgen.system import System
+
+Array = NDArray[np.float64]
+Equations = list[tuple[Any, Any]]
+_OPERATIONS: dict[Op, Callable[..., Any]] = {
+    Op.ADD: lambda x, y: x + y, Op.SUB: lambda x, y: x - y, Op.MUL: lambda x, y: x * y, Op.DIV: lambda x, y: x / y,
+    Op.SIN: heyoka.sin, Op.COS: heyoka.cos, Op.SQRT: heyoka.sqrt,
+}  # fmt: skip
+
+
+def of_system(system: System) -> Equations:
+    """Return dq/dt and dv/dt of a system of hinges and balls without parameters: forward dynamics, operation by operation."""
+    q, v = _variables("q", system.nq), _variables("v", system.nv)
+    tape, refs = system.tape, system.functions["forward_dynamics"].refs
+    known: dict[int, Any] = {}
+    for node in tape.live(refs):
+        symbol, number = tape.symbol(node), tape.value(node)
+        if symbol is not None:
+            known[node] = {"q": q, "v": v}[symbol.block][symbol.index]
+        elif number is not None:
+            known[node] = heyoka.expression(number)
+        else:
+            operands = [known[ref] if ref > 0 else -known[-ref] for ref in tape.operands(node)]
+            known[node] = _OPERATIONS[tape.op[node]](*operands)
+    accelerations = [known[ref] if ref > 0 else -known[-ref] for ref in refs]
+    rates: list[Any] = []
+    for factor in system.factors:
+        moving = v[factor.v_start : factor.v_start + factor.v_size]
+        if factor.group == "R":
+            rates += moving
+            continue
+        w, x, y, z = q[factor.q_start : factor.q_start + 4]
+        a, b, c = moving
+        rates += [
+            -0.5 * (x * a + y * b + z * c), 0.5 * (w * a + y * c - z * b),
+            0.5 * (w * b + z * a - x * c), 0.5 * (w * c + x * b - y * a),
+        ]  # fmt: skip
+    return list(zip([*q, *v], [*rates, *accelerations], strict=True))
+
+
+def rods(links: int, length: float, mass: float, gravity: float) -> Equations:
+    """Return a planar chain of equal rods in absolute angles from the vertical, M eliminated from the tip to the root."""
+    angle, rate = _variables("q", links), _variables("v", links)
+    beyond = [links - 1 - k for k in range(links)]
+
+    def coupling(i: int, j: int) -> float:
+        return mass * length**2 * (beyond[max(i, j)] + 0.5)
+
+    A: list[list[Any]] = [[None] * links for _ in range(links)]
+    right: list[Any] = []
+    for i in range(links):
+        terms = [-(mass * gravity * length * (beyond[i] + 0.5)) * heyoka.sin(angle[i])]
+        for j in range(links):
+            low, high = min(i, j), max(i, j)
+            if i == j:
+                A[i][i] = heyoka.expression(mass * length**2 * (beyond[i] + 1.0 / 3.0))
+                continue
+            A[i][j] = coupling(i, j) * heyoka.cos(angle[low] - angle[high])
+            side = -1.0 if i < j else 1.0
+            terms.append(side * coupling(i, j) * heyoka.sin(angle[low] - angle[high]) * rate[j] * rate[j])
+        right.append(heyoka.sum(terms))
+    factors: list[dict[int, Any]] = [{} for _ in range(links)]
+    inverse = [heyoka.expression(0.0)] * links
+    for k in reversed(range(links)):
+        inverse[k] = 1.0 / A[k][k]
+        factors[k] = {i: A[k][i] * inverse[k] for i in range(k)}
+        for i in range(k):
+            right[i] = right[i] - factors[k][i] * right[k]
+            for j in range(i + 1):
+                A[i][j] = A[j][i] = A[i][j] - factors[k][i] * A[k][j]
+    found: list[Any] = []
+    for k in range(links):
+        known = [factors[k][i] * found[i] for i in range(k)]
+        found.append(right[k] * inverse[k] - heyoka.sum(known) if known else right[k] * inverse[k])
+    return list(zip([*angle, *rate], [*rate, *found], strict=True))
+
+
+def absolute(state: Array) -> Array:
+    """Return angles and rates from the vertical, from those between neighbours."""
+    half = len(state) // 2
+    return np.concatenate([np.cumsum(state[:half]), np.cumsum(state[half:])])
+
+
+def between_neighbours(state: Array) -> Array:
+    half = len(state) // 2
+    return np.concatenate([np.diff(state[:half], prepend=0.0), np.diff(state[half:], prepend=0.0)])
+
+
+def _variables(letter: str, size: int) -> Sequence[Any]:
+    return [heyoka.expression(f"{letter}{k}") for k in range(size)]

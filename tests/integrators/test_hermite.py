@@ -1,0 +1,75 @@
+"""Hermite's corrector: order 4 on every group, energies that do not drift, corners, and what stops it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import EomgenError
+from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_order_on_every_group(name: str) -> None:
+    made, exact = model(name), reference(name, 0.8)
+    errors = [error(made, made.simulate(0.8, 0.8 / count, method="hermite"), exact) for count in (20, 40, 80)]
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.1)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_smaller_errors_than_runge_kutta_at_the_same_step(name: str) -> None:
+    made, exact = model(name), reference(name, 0.8)
+    ours, other = (error(made, made.simulate(0.8, 0.01, method=method), exact) for method in ("hermite", "rk4"))
+    assert ours < 0.7 * other
+
+
+def test_energy_of_an_oscillation_does_not_drift() -> None:
+    builder = eomgen.SceneBuilder("swing").body("bob", 1.0, center_of_mass=[0, 0, -1.0], inertia=[0.1, 0.1, 0.1])
+    builder.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 2.0})
+    made = eomgen.build(builder.build(), method="hermite")
+    drifts = {}
+    for method in ("hermite", "rk4"):
+        total = made.simulate(400.0, 0.02, method=method, record_every=10).energy["total"]
+        drifts[method] = abs(np.polyfit(np.linspace(0, 1, len(total)), total - total[0], 1)[0])
+    assert drifts["hermite"] < 1e-8
+    assert drifts["rk4"] > 1e-5
+
+
+def test_order_across_a_known_jump() -> None:
+    made = eomgen.build(pushed("3 if t > late else 0"), method="hermite")
+    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
+    errors = [abs(made.simulate(1.2, 1.2 / count, method="hermite").q[-1, 0] - exact.q[-1, 0]) for count in (40, 80, 160)]
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
+
+
+def test_corrections_that_do_not_settle_stop_the_run() -> None:
+    builder = eomgen.SceneBuilder("stiff").body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e6, initial={"position": 0.1})
+    solution = eomgen.build(builder.build(), method="hermite").simulate(1.0, 0.01, method="hermite")
+    assert not solution.success
+    assert solution.message == (
+        "stopped at t = 0 s, after 0 of 100 steps: the corrections of a step do not settle: it is too large for the highest "
+        "frequency; try: a step smaller than 0.01 s"
+    )
+
+
+def test_what_it_does_not_take() -> None:
+    with pytest.raises(EomgenError, match="usage error: order: hermite takes no order; try: leave it out"):
+        model("pendulum").simulate(1.0, 0.1, method="hermite", order=4)
+    with pytest.raises(EomgenError, match="input torque: hermite needs the time derivatives of inputs, which a table"):
+        model("pendulum").simulate(1.0, 0.1, method="hermite", inputs={"torque": np.zeros(11)})
+
+
+def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    made = model("flyer")
+    whole = made.simulate(1.0, 0.01, method="hermite")
+    made.simulate(0.37, 0.01, method="hermite", checkpoint=tmp_path / "run.ckpt")
+    second = made.resume(tmp_path / "run.ckpt", 1.0)
+    assert np.array_equal(second.q, whole.q[37:])
+    assert np.array_equal(second.a, whole.a[37:])
