@@ -26,6 +26,7 @@ INTERRUPTED = 130
 VERBS: dict[str, tuple[str, str]] = {
     "info": ("Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info"),
     "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
+    "check": ("Hold every closed form against differences and complex steps.", "eomgen.cli.check"),
     "equilibrium": ("Find where a scene comes to rest.", "eomgen.cli.equilibrium"),
     "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
     "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),

@@ -50,11 +50,14 @@ def progress_bar(title: str) -> Iterator[Callable[[int, int], None] | None]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def print_table(title: str, header: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Sequence[int] = ()) -> None:
-    """Print a table to stdout; columns in ``numeric`` are aligned to the right."""
+def print_table(
+    title: str, header: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Sequence[int] = (), whole: Sequence[int] = ()
+) -> None:
+    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones fold."""
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header))
     for index, name in enumerate(header):
-        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=index in numeric, overflow="fold")
+        unfolded = index in numeric or index in whole
+        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold")
     for row in rows:
         table.add_row(*(_escaped(cell) for cell in row))
     console().print(table)

@@ -134,8 +134,9 @@ def _functions(
             known[key] = made[-1]
             continue
         outputs = tuple(
-            dataclasses.replace(
-                output, name=block.name, argument=output_name(block.name, first.inputs), description=block.description
+            dataclasses.replace(  # the same numbers may be another shape here: packed nonzeros of a full matrix
+                output, name=block.name, argument=output_name(block.name, first.inputs), shape=block.shape,
+                description=block.description,
             )
             for output, block in zip(first.outputs, (b for b in function.outputs if b.refs), strict=True)
         )

@@ -168,6 +168,37 @@ FAILURES = [
         command="simulate scene.toml --out scene.toml",
     ),
     Failure(
+        "A check at no state", 2,
+        "usage error: states: a check needs at least one state, not 0; try: 8",
+        command="check scene.toml --states 0",
+    ),
+    Failure(
+        "A check with a negative seed", 2,
+        "usage error: seed: the seed must not be negative, which -1 is; try: 0",
+        command="check scene.toml --seed -1",
+    ),
+    Failure(
+        "A closed form that there is not", 2,
+        "usage error: only: no closed form of this scene is called 'partial.K'; try: partials",
+        command="check scene.toml --only partial.K",
+    ),
+    Failure(
+        "A check where no formula has a value", 6,
+        (
+            "left out: initial state, where the equations of motion are not finite\n"
+            "around the motion 1 of 1 states were not found: no finite or consistent ones\n"
+            "1 of 1 closed form not shown to agree\n"
+            "partials.K was not checked: no state where it is finite"
+        ),
+        old='effort = "motor"', new='effort = "log(q.shoulder - 100)"',
+        command="check scene.toml --only partials.K --states 2",
+    ),
+    Failure(
+        "A check whose folder is a file", 7,
+        "input/output error: scene.toml: cannot be made (File exists); try: another folder",
+        command="check scene.toml --only partials.K --states 1 --out scene.toml",
+    ),
+    Failure(
         "An animation of a kind that there is not", 2,
         "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html",
         command="animate scene.toml --out arm.gif",

@@ -1,0 +1,89 @@
+"""``eomgen check``: every closed form of a scene against differences, complex steps and second derivations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from eomgen.cli.options import debug_option, json_option, scene_options
+from eomgen.cli.printing import building, counted, print_json, print_table, say
+from eomgen.errors import NumericalError
+
+if TYPE_CHECKING:
+    from eomgen.studies.report import CheckReport, FormReport
+
+
+@click.command()
+@scene_options
+@click.option("--states", type=int, default=8, show_default=True, metavar="N", help="States to check at.")
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of what is drawn at random.")
+@click.option("--only", multiple=True, metavar="FORM", help="Closed forms whose names begin so; may be repeated.")
+@click.option("--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there.")
+@json_option
+@debug_option
+def check(
+    scene: str,
+    strict: bool,
+    root: str,
+    lock: tuple[str, ...],
+    limits: bool,
+    friction: bool,
+    coordinates: Literal["joint", "absolute"] | None,
+    states: int,
+    seed: int,
+    only: tuple[str, ...],
+    folder: str | None,
+    as_json: bool,
+) -> int:
+    """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second derivations.
+
+    Exits with 6 when one fails.
+    """
+    from eomgen.pipeline import load  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.studies import check as checked  # noqa: PLC0415
+    from eomgen.studies.report_files import make  # noqa: PLC0415
+
+    if folder is not None:
+        make(Path(folder))
+    described = load(scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates)
+    with building(described.name):
+        report = checked(described, states=states, seed=seed, only=only)
+    if as_json:
+        print_json(report.to_dict())
+    else:
+        _print(report)
+    if folder is not None:
+        say(f"written: {', '.join(str(path) for path in report.write(folder))}")
+    for form in report.failures:
+        say(f"{form.name} {_why(form)}")
+    return 0 if report.passed else NumericalError.exit_code
+
+
+def _why(form: FormReport) -> str:
+    if form.worst is not None:
+        return f"FAILS: {form.worst}"
+    return "cannot be decided: neither differences nor complex steps are finite" if form.verdict == "undecided" else (
+        "was not checked: no state where it is finite")  # fmt: skip
+
+
+def _print(report: CheckReport) -> None:
+    header = ("closed form", "is", "differences", "at step", "slope", "complex step", "second", "derivation", "verdict")
+    rows = [
+        (
+            form.name, form.meaning, _short(form.agreement), _short(form.step), "" if form.slope is None else f"{form.slope:.2f}",
+            _short(form.complex_step), _short(form.second), form.second_name, form.verdict,
+        )
+        for form in report.forms
+    ]  # fmt: skip
+    title = f"{report.scene}: {counted(len(report.forms), 'closed form')} at {counted(len(report.states), 'state')}"
+    print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(0, 8))
+    for note in (*report.remarks, *report.notes):
+        say(note)
+    failed = len(report.failures)
+    say("all agree" if report.passed else f"{failed} of {counted(len(report.forms), 'closed form')} not shown to agree")
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{value:.1e}"

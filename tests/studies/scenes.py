@@ -1,0 +1,39 @@
+"""Small scenes that together have every term: a tree on a moving base with internal states, and bodies held by constraints."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import eomgen
+
+
+@cache
+def drone() -> eomgen.Scene:
+    """Return a drone that carries a pendulum: a moving base, lagging thrust, filters, inputs given and driven, outputs."""
+    builder = eomgen.SceneBuilder("drone").parameter("lag", 0.05, tunable=True)
+    builder.input("command", "3 + sin(t)").input("twist")
+    builder.base(position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * sin(t)")])
+    builder.body("hull", 1.5, inertia=[0.02, 0.03, 0.04]).joint("flight", "free", "base", "hull")
+    builder.body("rod", 0.4, center_of_mass=[0, 0, -0.3], inertia=[0.01, 0.01, 0.001])
+    builder.joint("hinge", "revolute", "hull", "rod", axis=[0, 1, 0], position=[0.1, 0, 0], damping=0.01)
+    builder.point("tip", "rod", [0, 0, -0.6]).point("anchor", "base", [0.4, 0.2, 1.0])
+    builder.spring("cord", "tip", "anchor", stiffness=20, damping=0.3, length=0.5, force="2 * wound")
+    builder.state("thrust", "(command * (1 + 0.1 * wound) - thrust) / lag - v.hinge + 0.1 * twist")
+    builder.state("wound", "sin(q.hinge) * length.cord - wound ** 3 + 0.1 * rate.cord")
+    builder.force("lift", "hull", force=[0, 0, "thrust * (1 + 0.2 * wound) + command"], axes="body")
+    builder.effort("trim", "hinge", "0.3 * thrust * v.hinge - wound * q.hinge + twist * cos(q.hinge)")
+    builder.output("thrust", formula=["thrust * v.hinge + a.hinge", "twist * q.hinge + command"])
+    return builder.simulation(step=1e-3, duration=1.0).build()
+
+
+@cache
+def gate() -> eomgen.Scene:
+    """Return two absolute bodies, one on a shaking base, the other driven against it, with a torque that is an input."""
+    builder = eomgen.SceneBuilder("gate", coordinates="absolute").input("torque", "0.2 * sin(3 * t)").input("push")
+    builder.base(position=["0.05 * sin(7 * t)", 0, 0], rotation=[([0, 0, 1], "0.1 * sin(2 * t)")])
+    builder.body("leaf", 1.3, center_of_mass=[0.5, 0, 0], inertia=[0.02, 0.1, 0.1])
+    builder.joint("hinge", "revolute", "base", "leaf", axis=[0, 0, 1], initial={"position": 0.3, "velocity": 0.5})
+    builder.body("bolt", 0.4, inertia=[0.01, 0.02, 0.03])
+    builder.joint("slide", "prismatic", "leaf", "bolt", axis=[1, 0, 0], position=[1, 0, 0], initial={"position": 0.1})
+    builder.effort("closer", "hinge", "torque - 0.3 * v.hinge + 0.1 * push")
+    return builder.output("angle", formula="q.hinge * push").simulation(step=1e-3, duration=1.0).build()

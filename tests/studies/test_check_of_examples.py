@@ -1,0 +1,46 @@
+"""Every closed form of every example agrees with differences, complex steps and second derivations, as compiled."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.studies import check
+from eomgen.studies.differences import LADDER
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/*.toml"))
+#: Of these only what differs from smaller scenes is checked here, for the time that compiling all of it takes.
+LONG = {"hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians")}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_closed_form_of_an_example_agrees(name: str) -> None:
+    report = check(EXAMPLES / name, states=4, profile="quick", only=LONG.get(name, ()))
+    assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
+    assert len(report.states) == 4 and not report.notes
+    by_complex_step = [form.complex_step for form in report.forms if form.complex_step is not None]
+    by_differences = [form.agreement for form in report.forms if form.agreement is not None]
+    slopes = [form.slope for form in report.forms if form.slope is not None]
+    assert len(by_complex_step) >= 6 and max(by_complex_step) < 1e-12
+    assert len(by_differences) == len(by_complex_step) and max(by_differences) < 1e-5
+    assert not slopes or abs(np.median(slopes) - 2.0) < 0.05  # less smooth tables have other slopes
+
+
+def test_a_report_is_written_and_drawn(tmp_path: Path) -> None:
+    report = check(EXAMPLES / "slider_crank_spatial" / "scene.toml", states=3, profile="quick", only=("constraint", "partials"))
+    files = report.write(tmp_path / "new" / "folder")
+    assert [path.name for path in files] == ["check.json", "check.csv", "check.png"]
+    data = json.loads(files[0].read_text(encoding="utf-8"))
+    assert data["passed"] and data["ladder"] == LADDER.tolist()
+    assert [form["name"] for form in data["forms"]] == [form.name for form in report.forms]
+    rows = list(csv.reader(files[1].read_text(encoding="utf-8").splitlines()))
+    drawn = [form for form in report.forms if form.errors]
+    assert rows[0] == ["step", *(form.name for form in drawn)] and len(rows) == 1 + len(LADDER)
+    column = rows[0].index("partials.K")
+    assert min(float(row[column]) for row in rows[1:]) == next(f.agreement for f in drawn if f.name == "partials.K")
+    assert files[2].read_bytes().startswith(b"\x89PNG") and files[2].stat().st_size > 20_000

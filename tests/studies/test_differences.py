@@ -1,0 +1,82 @@
+"""The ladder of differences on functions whose derivatives are known: agreement, step, slope, and error bars that hold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.studies.differences import LADDER, complex_steps, differences
+from eomgen.studies.engines import Array, Blocks, Engine, moved
+from eomgen.studies.forms import Form, column
+from eomgen.system import Factor
+
+FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
+
+
+def engine_of(function) -> Engine:
+    return Engine(FACTORS, {"f": ("q", "v"), "base": ("t",)}, lambda name, blocks: {"y": function(blocks)})
+
+
+def states(count: int, rng: np.random.Generator) -> dict[str, Array]:
+    turn = rng.normal(size=(count, 4))
+    q = np.concatenate([rng.uniform(-1, 1, (count, 1)), turn / np.linalg.norm(turn, axis=1, keepdims=True)], axis=1)
+    return {"q": q, "v": rng.normal(size=(count, 4))}
+
+
+def form_of(block: str, size: int) -> Form:
+    def source(engine: Engine, state: Blocks) -> Array:
+        return engine("f", state)["y"]
+
+    return Form("f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)})
+
+
+def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
+    state = states(5, rng)
+    scales = np.array([1e-3, 1.0, 300.0, 1.0])
+
+    def function(blocks: Blocks) -> Array:
+        v = blocks["v"]
+        return np.stack([np.sin(scales * v).sum(axis=-1), 1e6 + np.exp(v[..., 0]), v[..., 1] ** 2], axis=-1)
+
+    engine = engine_of(function)
+    found = differences(form_of("v", 4), engine, state)
+    v = state["v"]
+    exact = np.zeros((5, 3, 4))
+    exact[:, 0] = scales * np.cos(scales * v)
+    exact[:, 1, 0], exact[:, 2, 1] = np.exp(v[:, 0]), 2.0 * v[:, 1]
+    assert np.all(np.abs(found.best - exact) <= 5.0 * found.bar + 1e-13)
+    assert np.all(found.bar <= 1e-5 * np.maximum(np.abs(exact), 1.0))
+    assert not found.kink.any()
+    assert np.abs(complex_steps(form_of("v", 4), engine, engine, state) - exact).max() <= 1e-12
+
+
+@pytest.mark.parametrize(("bend", "kinked"), [(np.abs, True), (lambda x: x * np.abs(x), False), (lambda x: x, False)])
+def test_one_sided_differences_tell_kinks(bend, kinked: bool) -> None:
+    state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.zeros((1, 4))}
+    found = differences(form_of("v", 4), engine_of(lambda blocks: bend(blocks["v"][..., :1]) + blocks["v"][..., 1:2] ** 2), state)
+    assert found.kink[0, 0].tolist() == [kinked, False, False, False]
+    assert not kinked or found.kink_step[0, 0, 0] < 1e-8
+
+
+def test_a_value_that_leaves_its_domain_has_differences_at_small_steps() -> None:
+    state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.full((1, 4), 1e-3)}
+    found = differences(form_of("v", 4), engine_of(lambda blocks: np.sqrt(blocks["v"])), state)
+    assert np.isnan(found.ladder[LADDER > 1e-3]).any() and found.bar.max() < 1e-4
+    assert np.allclose(np.diagonal(found.best[0]), 0.5 / np.sqrt(1e-3), rtol=1e-7)
+
+
+def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.random.Generator) -> None:
+    """The derivative of R(q) r along a body turn d is R (d x r), by finite and by infinitesimal steps."""
+    state, r = states(4, rng), np.array([0.3, -0.2, 0.5])
+
+    def rotated(quaternion: Array, vector: Array) -> Array:
+        w, n = quaternion[..., :1], quaternion[..., 1:]
+        twice = 2.0 * np.cross(n, np.broadcast_to(vector, n.shape))
+        return vector + w * twice + np.cross(n, twice)
+
+    engine = engine_of(lambda blocks: rotated(blocks["q"][..., 1:], r))
+    expected = np.stack([rotated(state["q"][:, 1:], np.cross(d, r)) for d in np.eye(3)], axis=-1)
+    for found in (differences(form_of("q", 4), engine, state).best, complex_steps(form_of("q", 4), engine, engine, state)):
+        assert np.allclose(found[..., 1:], expected, atol=1e-9) and not found[..., 0].any()
+    turned = moved(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
+    assert np.allclose(np.linalg.norm(turned[:, 1:], axis=1), 1.0, atol=1e-15)

@@ -1,0 +1,271 @@
+"""The check can fail: errors planted in any closed form of a compiled model, or in derivations, are found and named."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen import pipeline
+from eomgen.cli import main
+from eomgen.mechanics import terms as separated
+from eomgen.mechanics.constraints import ConstraintCalculus
+from eomgen.mechanics.derive import TERMS
+from eomgen.mechanics.motion_jets import MotionJets
+from eomgen.mechanics.rate_terms import RATE_TERMS
+from eomgen.runtime.functions import Functions
+from eomgen.studies import CheckReport, check, checking
+from tests.studies.scenes import drone, gate
+
+Array = np.ndarray
+SCENES = {"drone": drone, "gate": gate}
+_derive = pipeline.derive
+
+
+@cache
+def _derived(scene: str, terms: tuple[str, ...]) -> eomgen.System:
+    return _derive(SCENES[scene](), terms)
+
+
+@pytest.fixture
+def derived_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The two scenes' systems and models are the same in all tests that change only what the compiled functions give."""
+    monkeypatch.setattr(pipeline, "derive", lambda scene, terms: _derived(scene.name, tuple(terms)))
+    monkeypatch.setattr(checking, "_terms", lambda scene, only: checking._CHECKED)
+
+
+def _of(scene: str, term: str, outputs: str, form: str = "") -> list[tuple[str, str, str, str]]:
+    return [(scene, term, output, form or f"{term}.{output}") for output in outputs.split()]
+
+
+#: Scene, term, its output, and the form that must be found wrong.
+PLANTED = [
+    *_of("drone", "mass", "M"),
+    *_of("drone", "coupling", "h"),
+    *_of("drone", "base_motion", "b"),
+    *_of("drone", "force", "Q", "inverse_dynamics.tau"),
+    *_of("drone", "inverse_dynamics", "tau"),
+    *_of("drone", "residual", "r"),
+    *_of("drone", "forward_dynamics", "vdot"),
+    *_of("drone", "energy", "energy", "energy"),
+    *_of("drone", "base", "base", "base"),
+    *_of("drone", "partials", "K C M"),
+    *_of("drone", "internal_rate", "zdot", "equations.zdot"),
+    *_of("drone", "internal_partials", "Rz Fq Fv Fz"),
+    *_of("drone", "equations", "r zdot"),
+    *_of("drone", "iteration", "K C M Rz Fq Fv Fz"),
+    *_of("drone", "poses", "pose", "twists"),
+    *_of("drone", "twists", "twist", "twists"),
+    *_of("drone", "accelerations", "acceleration", "accelerations"),
+    *_of("drone", "jacobians", "J", "jacobians"),
+    *_of("drone", "rates", "tau tau_dot tau_ddot"),
+    *_of("drone", "mass_rates", "M_dot M_ddot"),
+    *_of("drone", "coupling_rates", "h_dot h_ddot"),
+    *_of("drone", "force_rates", "Q_dot Q_ddot"),
+    *_of("drone", "base_motion_rates", "b_dot b_ddot"),
+    *_of("drone", "base_rates", "base_rates", "base_rates"),
+    *_of("drone", "input_rates", "u_dot u_ddot"),
+    *_of("drone", "linearization", "M0 C0 K0 Rz Fq Fv Fz B0 Fu E0 Fw"),
+    *_of("drone", "output_partials", "Yq Yv Ya Yz Yu Yw"),
+    *_of("gate", "constraint", "Phi", "constraint_jacobian.B"),
+    *_of("gate", "constraint_velocity", "w"),
+    *_of("gate", "constraint_bias", "g"),
+    *_of("gate", "constraint_jacobian", "B"),
+    *_of("gate", "constraint_jacobian", "B", "constraint_jacobian.B by w"),
+    *_of("gate", "velocity_partials", "Z"),
+    *_of("gate", "equations", "Phi w"),
+    *_of("gate", "iteration", "B Z"),
+    *_of("gate", "jacobian_values", "B"),
+    *_of("gate", "acceleration_partials", "Aq Av"),
+]
+#: What is done to the largest entry of an output.
+CHANGES: tuple[Callable[[Array], Array], ...] = (
+    lambda value: -value,
+    lambda value: value * (1.0 + 1e-6),
+    lambda value: 0.0 * value,
+)
+#: Where states could not be drawn without the largest entry: a quaternion's, or that of B which holds a body.
+KEPT = {"base", "poses", "constraint_jacobian"}
+#: Terms that claim nothing of their own: values that other forms are derivatives of.
+CLAIM_NOTHING = {"outputs", "poses", "constraint", "force", "internal_rate"}
+
+
+def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Callable[[Array], Array]) -> None:
+    """Change the entry of an output that is largest when it is first asked for, wherever the compiled function is called."""
+    original, place = Functions.__call__, list[int]()
+
+    def wrong(self: Functions, name: str, blocks: object) -> tuple[Array, ...]:
+        values = original(self, name, blocks)  # type: ignore[arg-type]
+        names = self.output_names(name)
+        if name != term or output not in names:
+            return values
+        number = names.index(output)
+        shape = self._shapes[name][number]
+        rows = values[number].reshape(-1, int(np.prod(shape))).copy()
+        if not place:
+            place.append(int(np.argmax(np.max(np.abs(rows), axis=0))))
+        rows[:, place[0]] = change(rows[:, place[0]])
+        return (*values[:number], rows.reshape(values[number].shape), *values[number + 1 :])
+
+    monkeypatch.setattr(Functions, "__call__", wrong)
+
+
+@pytest.mark.usefixtures("derived_once")
+@pytest.mark.parametrize(
+    ("scene", "term", "output", "form", "change"),
+    [(*case, 1 if case[1] in KEPT else number % len(CHANGES)) for number, case in enumerate(PLANTED)],
+)
+def test_an_error_in_any_compiled_form_is_found_and_named(
+    scene: str, term: str, output: str, form: str, change: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planted(monkeypatch, term, output, CHANGES[change])
+    report = check(SCENES[scene](), states=2, only=[form], profile="quick")
+    assert not report.passed
+    found = {item.name: item for item in report.failures}
+    assert form in found, sorted(found)
+    worst = found[form].worst
+    assert worst is not None and worst.state in report.states
+    assert worst.value != worst.expected and abs(worst.value - worst.expected) > worst.bar
+
+
+@pytest.mark.usefixtures("derived_once")
+def test_every_term_has_a_form_or_is_behind_one() -> None:
+    """A new term must bring what holds it: a form in ``eomgen/studies``, and an error planted above."""
+    reports = [check(scene(), states=1, profile="quick") for scene in SCENES.values()]
+    assert all(report.passed for report in reports)
+    checked = {form.name.partition(".")[0] for report in reports for form in report.forms}
+    other_orders = {name for name in RATE_TERMS if name[-1].isdigit()}
+    assert set(TERMS) - checked - CLAIM_NOTHING - other_orders == set()
+    assert {term for _, term, _, _ in PLANTED} >= set(TERMS) - other_orders - {"outputs"}
+
+
+# -- errors in derivations, through the C ------------------------------------------------------------------------------
+
+
+PENDULUM = """
+format = 1
+name = "swing"
+{extra}
+[inputs.torque]
+formula = "0.2 * sin(3 * t)"
+[base]
+position = ["0.1 * sin(5 * t)", 0, "0.2 * t**2"]
+[bodies.link]
+mass = 1.3
+center_of_mass = [0, 0.1, -0.5]
+inertia = [0.05, 0.04, 0.03]
+[bodies.tip]
+mass = 0.4
+center_of_mass = [0.1, 0, -0.2]
+inertia = [0.02, 0.02, 0.01]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+initial = {{ position = 0.4, velocity = 0.8 }}
+[joints.wrist]
+type = "revolute"
+parent = "link"
+child = "tip"
+axis = [1, 0, 0]
+position = [0, 0, -1]
+damping = 0.1
+initial = {{ position = 0.2, velocity = -0.5 }}
+[efforts.motor]
+joint = "hinge"
+effort = "torque"
+"""
+
+
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Wrong models must not stay where other tests look for theirs."""
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("cache")
+        patch.setenv("EOMGEN_CACHE", str(folder))
+        yield folder
+
+
+def sign_of_partials(patch: pytest.MonkeyPatch) -> None:
+    from eomgen.mechanics import derivation
+
+    original = derivation.inertial_partials
+
+    def wrong(*arguments: object) -> object:
+        K, C, M = original(*arguments)  # type: ignore[arg-type]
+        return K, [[C[0][0], -C[0][1]], C[1]], M
+
+    patch.setattr(derivation, "inertial_partials", wrong)
+
+
+def factor_of_coupling(patch: pytest.MonkeyPatch) -> None:
+    original = separated.coupling
+    patch.setattr(separated, "coupling", lambda tree: [0.999 * value for value in original(tree)])
+
+
+def missing_base_motion(patch: pytest.MonkeyPatch) -> None:
+    original = separated.base_motion
+    patch.setattr(separated, "base_motion", lambda tree, base: [value - value for value in original(tree, base)])
+
+
+def late_rates(patch: pytest.MonkeyPatch) -> None:
+    original = MotionJets.of
+    patch.setattr(MotionJets, "of", lambda self, refs, order: [[*path[:-1], -path[-1]] for path in original(self, refs, order)])
+
+
+def missing_bias(patch: pytest.MonkeyPatch) -> None:
+    original = ConstraintCalculus.bias
+    patch.setattr(ConstraintCalculus, "bias", lambda self: [value - value for value in original(self)])
+
+
+def swing(folder: Path, name: str) -> Path:
+    path = folder / "swing.toml"
+    path.write_text(PENDULUM.format(extra=f'description = "{name}"'), encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("own_cache")
+@pytest.mark.parametrize(
+    ("plant", "form", "coordinates"),
+    [
+        (factor_of_coupling, "coupling.h", "joint"),
+        (missing_base_motion, "base_motion.b", "joint"),
+        (late_rates, "rates.tau_ddot", "joint"),
+        (missing_bias, "constraint_bias.g", "absolute"),
+    ],
+)
+def test_an_error_in_a_derivation_is_found_in_the_compiled_model(
+    plant: Callable[[pytest.MonkeyPatch], None], form: str, coordinates: Literal["joint", "absolute"], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    scene = eomgen.load(swing(tmp_path, plant.__name__), coordinates=coordinates)
+    plant(monkeypatch)
+    report = check(scene, states=3, only=[form], profile="quick")
+    assert [item.name for item in report.failures] == [form]
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_an_error_ends_with_exit_code_6_and_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["check", str(swing(tmp_path, "sign")), "--states", "3", "--only", "partials"]
+    with monkeypatch.context() as patch:
+        sign_of_partials(patch)
+        assert main(command) == 6
+    output = capsys.readouterr()
+    verdicts = {line.split()[0]: line.split()[-1] for line in output.out.splitlines() if line.startswith("partials.")}
+    assert verdicts == {"partials.K": "agrees", "partials.C": "FAILS", "partials.M": "agrees"}
+    said = [line for line in output.err.splitlines() if line.startswith("partials.C FAILS: v.hinge along v.wrist: ")]
+    assert len(said) == 1 and re.search(r": -?[0-9.e-]+, but -?[0-9.e-]+ by [a-z ]+ \(known to .*\), at .*state", said[0])
+    assert "1 of 3 closed forms not shown to agree" in output.err
+
+
+def test_a_report_of_nothing_has_not_passed() -> None:
+    assert not CheckReport("empty", (), 0, ()).passed
