@@ -56,6 +56,45 @@ def double_pendulum_on_shaking_base() -> None:
     save(figure, "double_pendulum_on_shaking_base")
 
 
+def elastic_slider_crank() -> None:
+    model = eomgen.build(FOLDER / "elastic_slider_crank" / "scene.toml")
+    figure, (bending, stretch, ladder) = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+    runs = [
+        model.simulate(step=2e-6, method="rk4_partitioned", parameters={"stretch_inertia": factor}, record_every=25)
+        for factor in (1.0, 15.0)
+    ]
+    time = 1e3 * runs[0].t
+    lines = ("first sine", 1e3, BLUE, "-"), ("second sine, × 50", 5e4, GREEN, "--")
+    for mode, (label, factor, colour, style) in enumerate(lines):
+        bending.plot(time, factor * runs[0].outputs["bending"][:, mode], style, color=colour, label=label)
+    bending.set(xlabel="time, ms", ylabel="bending, mm", ylim=(-3.5, 4.2))
+    bending.legend(frameon=False, loc="upper left", ncols=2, fontsize=8)
+    consistent, published = (1e6 * run.outputs["stretch"][:, 1] for run in runs)
+    stretch.plot(time, consistent, color=BLUE, label="consistent inertia")
+    stretch.plot(time, 30.0 * (published - consistent), color=VERMILION, linewidth=0.4, label="published less consistent, × 30")
+    stretch.set(xlabel="time, ms", ylabel="stretch at the end, µm", ylim=(-20, 32))
+    stretch.legend(frameon=False, loc="upper right", fontsize=8)
+    factors = [10.0**decade for decade in range(9)]
+    angles, sliders = zip(*(off_the_rigid_mechanism(model, factor) for factor in factors), strict=True)
+    ladder.loglog(factors, angles, "o", color=BLUE, markersize=8, fillstyle="none", label="angle of the rod, rad")
+    ladder.loglog(factors, sliders, "x", color=VERMILION, markersize=5, label="slider, m")
+    ladder.set(xlabel="stiffness, as a multiple", ylabel="off the rigid mechanism, in steps of 1 ms")
+    ladder.legend(frameon=False)
+    save(figure, "elastic_slider_crank")
+
+
+def off_the_rigid_mechanism(model: eomgen.Model, factor: float) -> tuple[float, float]:
+    """Return the greatest differences of rod angle and slider with a rod that is stiffer by a factor, in steps of 1 ms."""
+    bent = {"position": [0.0, 0.0, 1.03339863e-5 / factor, 1.69327969e-5 / factor], "velocity": [0.0] * 4}
+    end = 0.3 + 1.69327969e-5 / factor
+    start = {"rod": bent, "cylinder": {"position": 0.15 + end, "velocity": 0.0}, "big_end": {"velocity": -22.5 / end - 150.0}}
+    run = model.simulate(step=1e-3, rho_inf=0.6, parameters={"modulus": 0.2e12 * factor}, initial=start)
+    crank, rod = run.outputs["angles"].T
+    rigid = -np.arcsin(0.5 * np.sin(crank))
+    slider = 0.15 * np.cos(crank) + 0.3 * np.cos(rigid)
+    return float(np.abs(rod - rigid).max()), float(np.abs(run.outputs["slider"] - slider).max())
+
+
 def pi_servo() -> None:
     model = eomgen.build(FOLDER / "pi_servo" / "scene.toml")
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(7, 4.6), layout="constrained", sharex=True)
@@ -288,6 +327,7 @@ def main() -> int:
         symmetric_top,
         slider_crank_planar,
         slider_crank_spatial,
+        elastic_slider_crank,
         four_bar,
         hanging_chain,
         free_spinning_body,
