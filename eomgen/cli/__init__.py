@@ -28,6 +28,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
     "check": ("Hold every closed form against differences and complex steps.", "eomgen.cli.check"),
     "equilibrium": ("Find where a scene comes to rest.", "eomgen.cli.equilibrium"),
+    "linearize": ("Modes, stability and responses of the linear model.", "eomgen.cli.linearize"),
     "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
     "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
     "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.machine"),

@@ -12,6 +12,7 @@ from eomgen.runtime.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
+    from eomgen.linear.root_locus import RootLocus
     from eomgen.runtime.equilibrium import Equilibrium
     from eomgen.runtime.linearize import Rest
     from eomgen.runtime.model import Model
@@ -91,6 +92,28 @@ class Runs:
             cast("Model", self), given, t, u, parameters=parameters, base=base, at=at, initial=initial, any_kind=any_kind,
             independent=independent,
         )  # fmt: skip
+
+    def root_locus(
+        self, parameter: str, values: Sequence[float], *, parameters: Mapping[str, float] | None = None, **options: Any
+    ) -> RootLocus:
+        """Return the eigenvalues of linear models over values of a tunable parameter, each root followed from value to value.
+
+        Parameters
+        ----------
+        values : (n,)
+        parameters : mapping
+            Other values of other parameters.
+        options : ``at``, ``initial``, ``t``, ``u``, ``any_kind`` of ``linearize``
+            Equilibria and steady motions are looked for where the last one was.
+
+        Raises
+        ------
+        EomgenError
+            As of ``linearize``, with the value at which it was raised.
+        """
+        from eomgen.runtime.roots import roots_over  # noqa: PLC0415
+
+        return roots_over(cast("Model", self), parameter, values, parameters, **options)
 
     def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
         """Go on with a run from its checkpoint, to the same bits; see ``runtime.resume.resume`` for all options."""

@@ -13,6 +13,7 @@ from tests.failures.catalogue import (
     environments,
     formulas,
     includes,
+    linear_models,
     machines,
     names,
     robots,
@@ -34,6 +35,7 @@ CHAPTERS: list[tuple[str, str, list[Failure]]] = [
     ("Internal states and controllers", "What has a memory: states by formula, controllers, filters.", states.FAILURES),
     ("Beams", "Elastic beams that cannot be, or whose shape functions do not suit what carries them.", beams.FAILURES),
     ("URDF", "Robots in the format of ROS.", robots.FAILURES),
+    ("Linear models", "Modes, stability, roots and responses on the command line.", linear_models.FAILURES),
     ("Command lines", "Verbs, options, and files that they name.", command_lines.FAILURES),
     ("Environments", "Compilers, caches, disks, and runs that leave the numbers.", environments.FAILURES),
 ]

@@ -1,0 +1,253 @@
+"""``eomgen linearize``: modes and stability of a scene's linear model, its matrices, roots over a parameter, responses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli.options import assignments, debug_option, json_option, scene_options
+from eomgen.cli.printing import building, counted, finite, print_json, print_table, say
+from eomgen.cli.running import read_scene
+from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
+    from eomgen.runtime.model import Model
+
+_SHOWN = 40
+_POINTS = 600
+
+
+@click.command()
+@scene_options
+@click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
+@click.option("--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base.")
+@click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
+@click.option("--velocity", "velocities", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
+@click.option("--coordinate", "held", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
+@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
+@click.option("--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated.")
+@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@click.option("--out", "folder", default=None, metavar="DIR", help="Write modes, matrices and figures to this folder, too.")
+@click.option("--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios.")
+@click.option("--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated.")
+@click.option("--band", default=None, metavar="FROM:TO", help="Of frequency responses, in Hz.")
+@json_option
+@debug_option
+def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
+    """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
+    sweep = _sweep(options.pop("root_locus"))
+    pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
+    if folder is None and (sweep or pairs):
+        raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
+    request = _Request(scene, options)
+    lin = request.linearized({}, None)
+    from eomgen.runtime.linear_files import described  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    data = described(lin, request.model.name)
+    files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
+    if as_json:
+        print_json({**data, "files": [file.name for file in files]})
+    else:
+        _print(lin, request.model.name)
+    say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
+    return 0
+
+
+class _Request:
+    """A scene and where its linear model is wanted."""
+
+    def __init__(self, path: str, options: dict[str, Any]) -> None:
+        from eomgen import pipeline  # noqa: PLC0415
+
+        self.at, self.time = _state(options.pop("at")), options.pop("time")
+        self.any_kind = options.pop("any_kind")
+        self.velocities = assignments("--velocity", options.pop("velocities"))
+        self.held = assignments("--coordinate", options.pop("held"))
+        if (self.velocities or self.held) and self.at != "steady":
+            option = "--velocity" if self.velocities else "--coordinate"
+            raise UsageError(Problem(option, "it belongs to a steady motion", "--at steady"))
+        described = read_scene(path, options)
+        self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
+        with building(described.name):
+            self.model: Model = pipeline.build(described)
+
+    def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
+        """Return the linear model with some parameters changed; equilibria are looked for where the last one was."""
+        parameters = {**self.parameters, **changes}
+        if isinstance(self.at, float):
+            run = self.model.simulate(self.at, parameters=parameters, initial=self.initial, inputs=self.inputs or None)
+            return run.linearize(self.at)
+        from eomgen.runtime.roots import state_of  # noqa: PLC0415
+
+        initial: Any = self.initial
+        if before is not None and self.at != "initial":
+            initial = state_of(before) or initial
+        given: dict[str, Any] = {"parameters": parameters, "t": self.time, "u": self.inputs or None}
+        if self.velocities or self.held:
+            found = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]  # checked there
+            return self.model.linearize(at=found, parameters=parameters, u=given["u"])
+        return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
+
+    def written(
+        self, lin: Linearization, data: dict[str, Any], folder: Path, sweep: tuple[str, list[float]] | None,
+        pairs: Sequence[tuple[str, str]], band: tuple[float, float] | None,
+    ) -> list[Path]:  # fmt: skip
+        """Write everything that is wanted; computed before the first file is made."""
+        import json  # noqa: PLC0415
+
+        import numpy as np  # noqa: PLC0415
+
+        from eomgen.linear.root_locus import root_locus  # noqa: PLC0415
+        from eomgen.runtime import linear_files, linear_plots  # noqa: PLC0415
+        from eomgen.runtime.files import make_folder, write_text  # noqa: PLC0415
+
+        name, modes = self.model.name, lin.modes()
+        low, high = band or _span(lin)
+        frequencies = np.geomspace(low, high, _POINTS)
+        responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
+        locus = root_locus(sweep[0], sweep[1], lambda value, last: self.linearized({sweep[0]: value}, last)) if sweep else None
+        make_folder(folder)
+        write_text(folder / "modes.json", json.dumps(finite(data), indent=2) + "\n")
+        files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
+        files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
+        if len(modes):
+            files.append(linear_plots.draw_modes(modes, name, folder / "modes.png"))
+        if locus is not None:
+            units = {item.name: item.unit for item in self.model.scene.parameters}
+            files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
+            files.append(linear_plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
+        if responses:
+            files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
+            files.append(linear_plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png"))
+        return files
+
+    def _units(self) -> dict[str, str]:
+        """Return the units of inputs, outputs, coordinates and velocities by the names that responses use."""
+        from eomgen.runtime.coordinates import component_names  # noqa: PLC0415
+
+        units = {item.name: item.unit for item in self.model.scene.inputs}
+        for item in self.model.library.layout["outputs"]:
+            units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
+        for name, unit in zip(self.model.v_names, self.model.v_units, strict=True):
+            units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
+        units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
+        return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
+
+
+def _print(lin: Linearization, name: str) -> None:
+    from eomgen.runtime.linear_plots import degrees  # noqa: PLC0415
+
+    modes = lin.modes()
+    rows = []
+    for k in range(min(len(modes), _SHOWN)):
+        value, zero = modes.eigenvalues[k], abs(modes.eigenvalues[k]) <= modes.uncertainty[k]
+        shape = ", ".join(
+            f"{coordinate} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "")
+            for coordinate, x in modes.dominant(k)
+        )
+        oscillating = bool(modes.oscillating[k])
+        rows.append(
+            (
+                k + 1,
+                f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else "",
+                "" if zero else _small(float(modes.damping_ratio[k])),
+                "0" if zero else _real(value.real, modes.uncertainty[k]) + (f" ± {value.imag:.9g}j" if oscillating else ""),
+                shape,
+            )
+        )
+    about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
+    print_table(about, ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves"), rows, numeric=(0, 1, 2, 3))
+    if len(modes) > _SHOWN:
+        say(f"{len(modes) - _SHOWN} more with --json")
+
+
+def _real(part: float, uncertainty: float) -> str:
+    return "0" if abs(part) <= uncertainty else f"{part:.9g}"
+
+
+def _small(ratio: float) -> str:
+    return "0" if abs(ratio) < 1e-9 else f"{ratio:.6g}"
+
+
+def _said(lin: Linearization) -> str:
+    modes = lin.modes()
+    match modes.stability:
+        case "stable":
+            slowest = -float(max(modes.eigenvalues.real))
+            return f"stable: every mode decays, the slowest with e^(-{slowest:.4g} t)"
+        case "unstable":
+            k = int(modes.eigenvalues.real.argmax())
+            return f"unstable: mode {k + 1} grows with e^({modes.eigenvalues[k].real:.4g} t)"
+        case _:
+            count = int(sum(abs(modes.eigenvalues.real) <= modes.uncertainty))
+            return f"neither stable nor unstable: {counted(count, 'mode')} without decay or growth"
+
+
+def _span(lin: Linearization) -> tuple[float, float]:
+    """Return the band in Hz around the frequencies of all modes."""
+    modes = lin.modes()
+    found = [float(f) for f, v, d in zip(modes.frequency, modes.eigenvalues, modes.uncertainty, strict=True) if abs(v) > d]
+    return (0.1 * min(found), 10.0 * max(found)) if found else (0.01, 100.0)
+
+
+def _state(text: str | None) -> str | float | None:
+    """Return a word, or a time in s."""
+    if text is None or text in ("equilibrium", "steady", "initial"):
+        return text
+    try:
+        time = float(text)
+    except ValueError:
+        hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
+        raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time", hint)) from None
+    if not (math.isfinite(time) and time > 0.0):
+        raise UsageError(Problem(f"--at {text}", "a run that leads there needs a positive time", "--at initial, or --at 2.5"))
+    return time
+
+
+def _sweep(text: str | None) -> tuple[str, list[float]] | None:
+    """Return a parameter and its values."""
+    if text is None:
+        return None
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    logarithmic = len(parts) == 4 and parts[3] == "log"
+    hint = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
+    try:
+        if not equals or not name.strip() or not (len(parts) == 3 or logarithmic):
+            raise ValueError
+        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except ValueError:
+        what = "a parameter, two values and their number are needed"
+        raise UsageError(Problem(f"--root-locus {text}", what, hint)) from None
+    if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
+        raise UsageError(Problem(f"--root-locus {text}", "finite values, and 2 to 10000 of them, are needed", hint))
+    if logarithmic and not (first > 0.0 and last > 0.0):
+        raise UsageError(Problem(f"--root-locus {text}", "values in equal ratios must be positive", "values without :log"))
+    steps = [k / (count - 1) for k in range(count)]
+    if logarithmic:
+        return name.strip(), [first * (last / first) ** s for s in steps]
+    return name.strip(), [first + (last - first) * s for s in steps]
+
+
+def _pair(text: str) -> tuple[str, str]:
+    of_input, colon, output = text.partition(":")
+    if not colon or not of_input.strip() or not output.strip():
+        raise UsageError(Problem(f"--response {text}", "an input and an output are needed", "--response road:body_acceleration"))
+    return of_input.strip(), output.strip()
+
+
+def _band(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not 0.0 < low < high < math.inf:
+        raise UsageError(Problem(f"--band {text}", "two positive frequencies in Hz are needed, the lower first", "--band 0.1:50"))
+    return low, high

@@ -1,0 +1,71 @@
+"""Eigenvalues of a linear model over a parameter, each followed from value to value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from eomgen.errors import EomgenError, Problem
+from eomgen.linear.linearization import Linearization
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues over a parameter.
+
+    Attributes
+    ----------
+    parameter : name
+    values : (n,)
+    eigenvalues : (n, ns) complex, 1/s; a column is one root, followed by least distance from value to value
+    stability : (n,) ``stable``, ``marginal`` or ``unstable`` for each value
+    """
+
+    parameter: str
+    values: Array
+    eigenvalues: Complex
+    stability: tuple[str, ...]
+
+
+def root_locus(
+    parameter: str, values: Sequence[float], linearized: Callable[[float, Linearization | None], Linearization]
+) -> RootLocus:
+    """Return the roots over values of a parameter.
+
+    Parameters
+    ----------
+    linearized : callable
+        From a value, and the linear model at the value before it, to the linear model there.
+
+    Raises
+    ------
+    EomgenError
+        What ``linearized`` raises, with the value at which it did.
+    """
+    rows: list[Complex] = []
+    stability: list[str] = []
+    before: Linearization | None = None
+    for value in values:
+        try:
+            before = linearized(float(value), before)
+            roots = np.linalg.eigvals(before.state_space().A).astype(complex)
+            stability.append(before.modes().stability)
+        except EomgenError as error:
+            problems = [Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            raise type(error)(problems) from None
+        rows.append(_followed(rows[-1], roots) if rows else roots[np.lexsort((roots.real, np.abs(roots)))])
+    return RootLocus(parameter, np.array(values, dtype=float), np.array(rows), tuple(stability))
+
+
+def _followed(last: Complex, roots: Complex) -> Complex:
+    """Return roots in the order of those before them that are nearest, all distances together being least."""
+    _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
+    result: Complex = roots[order]
+    return result

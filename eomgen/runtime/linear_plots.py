@@ -1,0 +1,168 @@
+"""Figures of a linear model as PNG: shapes of modes, roots over a parameter, frequency responses."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import FileError, Problem
+from eomgen.linear.modes import Modes
+from eomgen.linear.root_locus import RootLocus
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+#: Modes and coordinates in one figure: more of them cannot be told apart.
+_MODES, _COORDINATES = 12, 14
+#: Roots of neighbouring values are joined by a line where they are nearer than this part of the figure.
+_JUMP = 0.08
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+
+
+def draw_modes(modes: Modes, title: str, path: Path) -> Path:
+    """Draw the shape of each mode: amplitudes by coordinate, their phases beside them."""
+    shown = [k for k in range(len(modes)) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+    columns = min(3, max(1, len(shown)))
+    rows = max(1, -(-len(shown) // columns))
+    count = min(len(modes.coordinates), _COORDINATES)
+    figure = _figure((4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * count)))
+    axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
+    for axis, k in zip(axes, shown, strict=False):
+        _shape(axis, modes, k, count)
+    for axis in axes[len(shown) :]:
+        axis.set_visible(False)
+    left_out = len(modes) - len(shown)
+    figure.suptitle(f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11)
+    return _saved(figure, path)
+
+
+def _shape(axis: Any, modes: Modes, k: int, count: int) -> None:
+    chosen = np.sort(np.argsort(-modes.weights * np.abs(modes.shapes[:, k]), kind="stable")[:count])
+    values = modes.shapes[chosen, k]
+    place = np.arange(len(chosen))[::-1]
+    axis.barh(place, np.abs(values), color="#0B62C4", height=0.6)
+    for y, value in zip(place, values, strict=True):
+        if abs(value) > 1e-3:
+            axis.text(abs(value) + 0.02, y, f"{degrees(value)}°", va="center", fontsize=8, color="#444444")
+    axis.set_yticks(place, [modes.coordinates[index] for index in chosen], fontsize=9)
+    axis.set_xlim(0.0, 1.2)
+    axis.set_ylim(-0.6, len(chosen) - 0.4)
+    axis.set_xlabel("amplitude (rad, m; largest is 1), phase", fontsize=9)
+    axis.grid(True, axis="x", **_GRID)
+    axis.set_axisbelow(True)
+    axis.set_title(caption(modes, k), fontsize=10, loc="left")
+
+
+def degrees(value: complex) -> int:
+    """Return the phase in whole degrees, -179 to 180."""
+    phase = round(math.degrees(cmath.phase(value)))
+    return 180 if phase == -180 else phase
+
+
+def caption(modes: Modes, k: int) -> str:
+    """Return a mode in a few words: frequency and damping, or the rate at which it decays or grows."""
+    value = modes.eigenvalues[k]
+    if modes.oscillating[k]:
+        return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz, damping ratio {_rounded(modes.damping_ratio[k])}"
+    if abs(value) <= modes.uncertainty[k]:
+        return f"mode {k + 1}: no stiffness"
+    return f"mode {k + 1}: {'decays' if value.real < 0.0 else 'grows'} with {abs(value.real):.4g} 1/s"
+
+
+def _rounded(ratio: float) -> str:
+    return "0" if abs(ratio) < 1e-9 else f"{ratio:.4g}"
+
+
+def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
+    """Draw the upper half of the plane of roots, coloured by the parameter; crosses at the first value, rings at the last."""
+    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
+
+    low, high = float(np.min(locus.values)), float(np.max(locus.values))
+    ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)
+    logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=1e-9) and ratios[0] != 1.0
+    norm = (LogNorm if logarithmic else Normalize)(low, high)
+    figure = _figure((8.4, 6.0))
+    axis = figure.subplots()
+    tolerance = 1e-9 * (1.0 + float(np.max(np.abs(locus.eigenvalues), initial=0.0)))
+    extent = float(np.ptp(locus.eigenvalues.real) + np.ptp(locus.eigenvalues.imag))
+    drawn = None
+    for root in locus.eigenvalues.T:
+        upper = root.imag >= -tolerance
+        near = np.abs(np.diff(root)) <= _JUMP * extent  # where roots meet and part, a long line would show what is not there
+        for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
+            axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
+        colours = locus.values[upper]
+        drawn = axis.scatter(root.real[upper], root.imag[upper], c=colours, cmap="viridis", norm=norm, s=12, zorder=2)
+        for end, marker in ((0, "x"), (-1, "o")):
+            if upper[end]:
+                faces = {"facecolors": "none"} if marker == "o" else {}
+                colour = {"edgecolors": "#C8102E"} if marker == "o" else {"color": "#C8102E"}
+                axis.scatter([root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour)
+    axis.axvline(0.0, color="#222222", linewidth=1.0, zorder=1)
+    axis.set_xlabel("real part / (1/s)")
+    axis.set_ylabel("imaginary part / (rad/s)")
+    axis.margins(0.06)
+    axis.grid(True, **_GRID)
+    axis.set_axisbelow(True)
+    if drawn is not None:
+        label = locus.parameter if unit in ("", "1") else f"{locus.parameter} / ({unit})"
+        figure.colorbar(drawn, ax=axis, label=label)
+    first, last = locus.values[0], locus.values[-1]
+    axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")
+    figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
+    return _saved(figure, path)
+
+
+def draw_responses(
+    frequencies: Array, responses: Mapping[tuple[str, str], Complex], units: Mapping[str, str], title: str, path: Path
+) -> Path:
+    """Draw magnitude and phase of each response over the frequency in Hz; one column for each."""
+    figure = _figure((6.2 * len(responses) + 0.4, 6.4))
+    axes = figure.subplots(2, len(responses), squeeze=False, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
+    for column, ((of_input, output), values) in zip(axes.T, responses.items(), strict=True):
+        magnitude, phase = column
+        size = np.abs(values)
+        if np.any(size > 0.0):
+            magnitude.loglog(frequencies, np.where(size > 0.0, size, np.nan), color="#0B62C4", linewidth=1.4)
+        else:
+            magnitude.semilogx(frequencies, size, color="#0B62C4", linewidth=1.4)
+        phase.semilogx(frequencies, np.degrees(np.unwrap(np.angle(values))), color="#0B62C4", linewidth=1.4)
+        over = _ratio(units.get(output, ""), units.get(of_input, ""))
+        magnitude.set_ylabel("magnitude" + (f" in {over}" if over else ""))
+        magnitude.set_title(f"{output} for {of_input}", fontsize=10, loc="left")
+        phase.set_ylabel("phase / °")
+        phase.set_xlabel("frequency / Hz")
+        phase.set_xlim(frequencies[0], frequencies[-1])
+        for axis in column:
+            axis.grid(True, which="both", **_GRID)
+            axis.set_axisbelow(True)
+    figure.align_ylabels(list(axes.ravel()))
+    figure.suptitle(f"{title}: frequency responses", fontsize=11)
+    return _saved(figure, path)
+
+
+def _ratio(over: str, under: str) -> str:
+    """Return the unit of a response; nothing where a unit is not known or both are the same."""
+    return f"{over} per {under}" if over and under and over != under else ""
+
+
+def _figure(size: tuple[float, float]) -> Any:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=size, layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _saved(figure: Any, path: Path) -> Path:
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")) from None
+    return path

@@ -1,0 +1,130 @@
+"""``eomgen linearize``: what it prints, what it writes, and about which states."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.runtime.files import read_arrays
+
+QUARTER_CAR = str(Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml")
+TOP = """\
+format = 1
+name = "top"
+[parameters]
+mass = { value = 1.3, unit = "kg", tunable = true }
+[bodies]
+yoke = { mass = 0 }
+ring = { mass = 0 }
+top = { mass = "mass", center_of_mass = [0, 0, 0.25], inertia = [0.04, 0.04, 0.03] }
+[joints]
+precession = { type = "revolute", parent = "base", child = "yoke", axis = [0, 0, 1] }
+nutation = { type = "revolute", parent = "yoke", child = "ring", axis = [1, 0, 0], initial = { position = 0.6 } }
+spin = { type = "revolute", parent = "ring", child = "top", axis = [0, 0, 1] }
+"""
+
+
+@pytest.fixture
+def top(tmp_path: Path) -> str:
+    path = tmp_path / "top.toml"
+    path.write_text(TOP, encoding="utf-8")
+    return str(path)
+
+
+def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", QUARTER_CAR, "--t", "30"]) == 0
+    shown = capsys.readouterr()
+    lines = [line.rstrip() for line in shown.out.splitlines()]
+    assert lines[0] == "quarter_car about the equilibrium at t = 30 s"
+    assert re.fullmatch(r" +1 +1\.25065358 +0\.217823 +-1\.71167332 ± 7\.66940185j +body 1", lines[2])
+    assert re.fullmatch(r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3])
+    assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
+
+
+def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    wanted = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20"]
+    wanted += ["--response", "road:tyre_load", "--response", "road:body"]
+    assert main(["linearize", QUARTER_CAR, "--t", "30", "--set", "skyhook=300", "--json", "--out", str(folder), *wanted]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["files"] == [
+        "modes.json", "modes.csv", "matrices.npz", "modes.png",
+        "root_locus.csv", "root_locus.png", "responses.csv", "responses.png",
+    ]  # fmt: skip
+    for figure in folder.glob("*.png"):
+        assert figure.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    model = eomgen.build(QUARTER_CAR)
+    lin = model.linearize(t=30.0, parameters={"skyhook": 300.0})
+    assert data["stability"] == "stable"
+    assert data["disturbances"] == ["road"]
+    modes = lin.modes()
+    assert [mode["eigenvalue"] for mode in data["modes"]] == [[x.real, x.imag] for x in modes.eigenvalues.tolist()]
+    assert {k: v for k, v in data.items() if k != "files"} == json.loads((folder / "modes.json").read_text())
+
+    arrays, described = read_arrays(folder / "matrices.npz")
+    np.testing.assert_array_equal(arrays["A"], lin.state_space().A)
+    np.testing.assert_array_equal(arrays["K0"], lin.K0)
+    assert described["names"]["states"] == ["wheel", "body", "v.wheel", "v.body"]
+
+    header, *rows = csv.reader((folder / "modes.csv").open())
+    assert header[:5] == ["frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]", "wheel real"]
+    assert [float(row[0]) for row in rows] == modes.frequency.tolist()
+
+    header, *rows = csv.reader((folder / "root_locus.csv").open())
+    values = np.array(rows, dtype=float)
+    np.testing.assert_allclose(values[:, 0], np.geomspace(100.0, 6000.0, 7), rtol=1e-12)
+    for row in values:
+        at = model.linearize(t=30.0, parameters={"skyhook": 300.0, "damper": row[0]}).state_space().A
+        roots = row[1::2] + 1j * row[2::2]
+        np.testing.assert_allclose(np.sort_complex(roots), np.sort_complex(np.linalg.eigvals(at)), rtol=1e-9)
+
+    header, *rows = csv.reader((folder / "responses.csv").open())
+    parts = [f"{name} / road {part}" for name in ("tyre_load", "body") for part in ("real", "imaginary")]
+    assert header == ["frequency [Hz]", *parts]
+    values = np.array(rows, dtype=float)
+    assert (values[0, 0], values[-1, 0]) == (0.5, pytest.approx(20.0))
+    expected = lin.frequency_response(2.0 * math.pi * values[:, 0], "road", "body")
+    np.testing.assert_allclose(values[:, 3] + 1j * values[:, 4], expected, rtol=1e-12)
+
+
+def test_about_a_steady_motion(top: str, capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["--at", "steady", "--velocity", "spin=80", "--coordinate", "nutation=0.6", "--json"]
+    assert main(["linearize", top, *wanted]) == 0
+    shown = capsys.readouterr()
+    data = json.loads(shown.out)
+    assert (data["about"], data["stability"]) == ("steady motion", "marginal")
+    assert data["v"][2] == 80.0
+    assert "neither stable nor unstable: 5 modes without decay or growth" in shown.err
+
+
+def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["linearize", top, "--at", "initial"]) == 0
+    shown = capsys.readouterr()
+    assert "top about the initial state at t = 0 s" in shown.out
+    assert "unstable: mode" in shown.err
+    assert main(["linearize", QUARTER_CAR, "--at", "0.5", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["about"], data["t"]) == ("motion", 0.5)
+
+
+def test_roots_in_python_follow_an_equilibrium() -> None:
+    """A mass on a spring that hangs at m g / k: the equilibrium moves with the stiffness."""
+    builder = eomgen.SceneBuilder("hanging").parameter("stiffness", 100.0, tunable=True).body("m", 2.0)
+    builder.joint("slide", "prismatic", "base", "m", axis=[0, 0, 1], stiffness="stiffness")
+    model = eomgen.build(builder.build(), profile="quick")
+    locus = model.root_locus("stiffness", [50.0, 100.0, 200.0])
+    np.testing.assert_allclose(np.abs(locus.eigenvalues), np.sqrt(np.array([[25.0], [50.0], [100.0]])) * [[1.0, 1.0]], rtol=1e-12)
+    assert np.all(np.sign(locus.eigenvalues.imag) == np.sign(locus.eigenvalues.imag[0]))
+    assert locus.stability == ("marginal",) * 3
+    with pytest.raises(eomgen.UsageError, match=r"values: the shape is \(\), \(n,\) is needed"):
+        model.root_locus("stiffness", 5.0)  # type: ignore[arg-type]  # on purpose
+    with pytest.raises(eomgen.UsageError, match="at stifness = 5: there is no parameter 'stifness'; try: stiffness"):
+        model.root_locus("stifness", [5.0])
