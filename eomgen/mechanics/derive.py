@@ -10,7 +10,7 @@ from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.driver_rates import base_rates, input_rates
 from eomgen.mechanics.inputs import input_signal
-from eomgen.mechanics.rate_terms import RATE_TERMS, rate_blocks
+from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS, rate_blocks
 from eomgen.mechanics.start import absolute_start, joint_start
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.scene.scene import Scene
@@ -145,11 +145,13 @@ def _present(derivation: Derivation, name: str) -> bool:
             return derivation.tree.elastic
         case "outputs" | "output_partials":
             return bool(derivation.scene.outputs)
-        case "forward_dynamics":
+        case "forward_dynamics" | "forward_rates" | "forward_rates_1":
             return derivation.constraints is None
         case _:
             if name in OF_STATES:
                 return bool(derivation.scene.states)
+            if name in OF_RIGID_TREES:
+                return not derivation.tree.elastic
             return name not in OF_CONSTRAINTS or derivation.constraints is not None
 
 

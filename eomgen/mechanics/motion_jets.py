@@ -13,7 +13,7 @@ from eomgen.mechanics.internal_states import InternalStates
 from eomgen.mechanics.tree import Tree
 from eomgen.symbolic.configuration import configuration_jets, pose_jet
 from eomgen.symbolic.jets import Jet, JetAlgebra, jets, taylor_coefficients, time_derivatives
-from eomgen.symbolic.tape import ONE, InputSymbol, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
 from eomgen.system import RATE_BLOCKS, base_place
 
 Seeds = dict[Ref | InputSymbol, Jet]
@@ -55,23 +55,37 @@ class MotionJets:
         self.inputs = inputs
         self.internal = internal
 
-    def of(self, quantities: Sequence[Ref], order: int) -> list[list[Ref]]:
-        """Return the time derivatives, from 0 up to an order, of quantities of the scene."""
-        found = jets(self.tape, quantities, self.seeds(order), order)
+    def of(
+        self, quantities: Sequence[Ref], order: int, along: Sequence[Sequence[Ref]] | None = None
+    ) -> list[list[Ref]]:
+        """Return the time derivatives, from 0 up to an order, of quantities of the scene.
+
+        ``along`` are a and its derivatives where they are not inputs.
+        """
+        found = jets(self.tape, quantities, self.seeds(order, along), order)
         return [time_derivatives(self.tape, jet) for jet in found]
 
-    def seeds(self, order: int) -> Seeds:
+    def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
+        """Return the time derivatives of vdot, given as a function of the state, along the motion that it causes."""
+        along: list[list[Ref]] = [[] for _ in accelerations_]
+        for k in range(order + 1):
+            for path, found in zip(along, self.of(accelerations_, k, [[*path, ZERO] for path in along]), strict=True):
+                path.append(found[k])
+        return along
+
+    def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
         """Return the jets of all inputs up to an order, for motions given by a and its derivatives."""
-        given = [taylor_coefficients(self.tape, path) for path in accelerations(self.tape, self.tree.nv, order)]
+        paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
+        given = [taylor_coefficients(self.tape, path) for path in paths]
         velocities = [self._velocity(k, given[k]) for k in range(self.tree.nv)]
-        seeds = self.without_states(velocities, order)
+        seeds = self._without_states(velocities, order)
         seeds |= {InputSymbol("a", k): jet for k, jet in enumerate(given)}
         return seeds | self._states(seeds, order)
 
     def _velocity(self, index: int, acceleration: Jet) -> list[Ref]:
         return JetAlgebra(self.tape).integrate(self.tape.input("v", index), acceleration)
 
-    def without_states(self, velocities: Sequence[Jet], order: int) -> Seeds:
+    def _without_states(self, velocities: Sequence[Jet], order: int) -> Seeds:
         """Return the jets of t, q, v, u and the base; ``velocities`` are the jets of v."""
         tape = self.tape
         factors = [(f.group, f.q_start, f.q_size, f.v_start) for f in self.tree.factors]

@@ -1,22 +1,16 @@
-"""Terms that are time derivatives along a motion: of inverse dynamics and of the separated blocks, to any order up to 8.
+"""Terms that are time derivatives along a motion, and the matrices of the closed form: names, inputs, and what they are made of.
 
-A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only; ``rates`` is that of inverse
-dynamics and starts with tau itself. Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257, by jets on the tape.
+A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only. ``rates``, of inverse dynamics to
+any order up to 8, and ``forward_rates`` start with the quantity itself. Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from eomgen.mechanics.motion_jets import MotionJets, accelerations, base_twist
-from eomgen.mechanics.paths import Path, cross_path, seen_from
-from eomgen.mechanics.rate_recursion import Drive, inverse_dynamics_path
-from eomgen.mechanics.terms import Wrench
-from eomgen.scene.scene import HIGHEST_RATE
-from eomgen.symbolic.scalar import Scalar, minus, plus, scaled
-from eomgen.symbolic.tape import Ref
+from eomgen.mechanics.rate_sources import derivatives_of
+from eomgen.scene.scene import CLOSED_MATRICES, HIGHEST_RATE
 from eomgen.system import Block
 
 if TYPE_CHECKING:
@@ -59,6 +53,26 @@ def _of_block(source: str, symbol: str, order: int, accelerations: int, inputs: 
     return RateTerm(source, 1, order, accelerations, inputs, f"{text} of {symbol} along the motion")
 
 
+#: Matrices of the closed form: what they are, and how many derivatives less than their own order they need of v.
+_CLOSED: dict[str, tuple[str, int]] = {
+    "system_jacobian": ("J, twists of all links against the base per unit of v", 1),
+    "adjoints": ("A, adjoint transforms from every link to every link that it carries", 1),
+    "joint_brackets": ("a, brackets ad of the joints' own twists, link by link", 0),
+    "link_brackets": ("b, brackets ad of the links' twists against the base, link by link", 0),
+    "coriolis": ("C with C v = h, J^T (M J' - b^T M J)", 0),
+    "coriolis_skew": ("C with C v = h for which M' - 2 C is skew", 0),
+}
+_SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
+
+
+def _of_matrix(name: str, first: int, order: int) -> RateTerm:
+    what, less = _CLOSED[name]
+    needed = order - less  # derivatives of v
+    inputs: Inputs = ("p", "q", "v") if needed >= 0 else ("p", "q")
+    text = {0: what, 1: f"first time derivative of {what}", 2: f"first and second time derivative of {what}"}[order]
+    return RateTerm(name, first, order, needed - 1, inputs, text)
+
+
 def _all() -> dict[str, RateTerm]:
     terms = {"rates" if order == 2 else f"rates_{order}": _of_inverse_dynamics(order) for order in range(1, HIGHEST_RATE + 1)}
     blocks: list[tuple[str, str, int, Inputs]] = [
@@ -68,86 +82,35 @@ def _all() -> dict[str, RateTerm]:
     for source, symbol, less, inputs in blocks:
         for order, suffix in ((1, "_1"), (2, "")):
             terms[f"{source}_rates{suffix}"] = _of_block(source, symbol, order, order - less, inputs)
+    tau, M = _of_inverse_dynamics(2), terms["mass_rates"]
+    terms["rates_closed"] = replace(tau, source="closed_inverse_dynamics", description=f"{tau.description}, {_SECOND_WAY}")
+    terms["mass_rates_closed"] = replace(M, source="closed_mass", description=f"{M.description}, {_SECOND_WAY}")
+    for name in CLOSED_MATRICES:
+        for first, order, suffix in ((0, 0, ""), (1, 1, "_rates_1"), (1, 2, "_rates")):
+            terms[f"{name}{suffix}"] = _of_matrix(name, first, order)
+    for order, suffix in ((1, "_1"), (2, "")):
+        what = "vdot and its time derivative" if order == 1 else "vdot and its first and second time derivative"
+        terms[f"forward_rates{suffix}"] = RateTerm("forward_dynamics", 0, order, -1, _STATE, f"{what} along the free motion")
     return terms
 
 
 #: All terms of this kind by name.
 RATE_TERMS: dict[str, RateTerm] = _all()
 
+#: Terms of the closed form, which knows rigid bodies only.
+OF_RIGID_TREES = frozenset(
+    name for name, term in RATE_TERMS.items() if term.source in CLOSED_MATRICES or term.source.startswith("closed_")
+)
+
 _SUFFIXES = ("", "_dot", "_ddot")
 
 
 def rate_blocks(derivation: Derivation, term: RateTerm) -> list[Block]:
     """Return the outputs of a term, derivative by derivative: ``tau``, ``tau_dot``, ``tau_ddot``, ``tau_3``..."""
-    source: Callable[[], Sequence[Block]] = getattr(derivation, term.source)
-    (block,) = source()
-    derivatives = _cheapest(derivation, block, term)
+    source, paths = derivatives_of(derivation, term.source, term.order)
     blocks = []
     for k in range(term.first, term.order + 1):
-        name = block.name + (_SUFFIXES[k] if k < len(_SUFFIXES) else f"_{k}")
-        what = block.description if k == 0 else f"time derivative {k} of it" if k > 1 else "its time derivative"
-        blocks.append(Block(name, block.shape, tuple(path[k] for path in derivatives), what))
+        name = source.name + (_SUFFIXES[k] if k < len(_SUFFIXES) else f"_{k}")
+        what = source.description if k == 0 else f"time derivative {k} of it" if k > 1 else "its time derivative"
+        blocks.append(Block(name, source.shape, tuple(path[k] for path in paths), what))
     return blocks
-
-
-def _cheapest(derivation: Derivation, block: Block, term: RateTerm) -> list[list[Ref]]:
-    """Return the derivatives of a block's components: by recursion where there is one, by jets where those need less."""
-    ways = []
-    if term.source == "inverse_dynamics" and not derivation.tree.elastic:
-        ways.append(inverse_dynamics_rates(derivation, term.order))
-    if not ways or any(load is not None for load in derivation.loads.wrenches):  # jets of positions serve loads and inertia
-        with derivation.tape.block(f"time derivatives of {block.description}"):
-            ways.append(motion_jets(derivation).of(block.refs, term.order))
-    return min(ways, key=lambda paths: derivation.tape.counts([ref for path in paths for ref in path]).weight)
-
-
-def motion_jets(derivation: Derivation) -> MotionJets:
-    scene = derivation.scene
-    return MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
-
-
-def inverse_dynamics_rates(derivation: Derivation, order: int) -> list[list[Ref]]:
-    """Return for each component of tau its derivatives: inertia and gravity by recursion, what is applied by jets."""
-    tape, tree = derivation.tape, derivation.grouped
-    velocities = [
-        [Scalar(tape, ref) for ref in (tape.input("v", k), *path)]
-        for k, path in enumerate(accelerations(tape, tree.nv, order))
-    ]
-    omega, acceleration = base_paths(derivation, order)
-    loads, efforts = _applied(derivation, order)
-    tau = inverse_dynamics_path(tree, Drive(velocities, omega, acceleration), loads, order)
-    return [[(tau[k][row] - efforts[row][k]).ref for k in range(order + 1)] for row in range(tree.nv)]
-
-
-def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
-    """Return angular velocity of what carries the tree, and acceleration of its origin less gravity, as paths in its axes."""
-    base, algebra = derivation.base, derivation.algebra
-    zero, gravity = algebra.zero_vector, derivation.motion.gravity
-    if not base.moving:
-        return [zero] * (order + 2), [scaled(-1.0, gravity), *([zero] * order)]
-    components = [[Scalar(derivation.tape, ref) for ref in path] for path in base_twist(derivation.tape, order + 1)]
-    omega, velocity = ([(x[k], y[k], z[k]) for k in range(order + 2)] for x, y, z in (components[:3], components[3:]))
-    if not base.turning:
-        omega = [zero] * (order + 2)
-    weight = seen_from([gravity, *([zero] * order)], omega)
-    acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
-    return omega, [minus(x, y) for x, y in zip(acceleration, weight, strict=True)]
-
-
-def _applied(derivation: Derivation, order: int) -> tuple[list[list[Wrench] | None], list[list[Scalar]]]:
-    """Return the paths of applied wrenches by link, in link axes, and of efforts by velocity component."""
-    tape = derivation.tape
-    flat = [value for load in derivation.loads.wrenches if load is not None for part in load for value in part]
-    with tape.block("time derivatives of applied forces"):
-        found = motion_jets(derivation).of([value.ref for value in (*flat, *derivation.loads.efforts)], order)
-    paths = [[Scalar(tape, ref) for ref in path] for path in found]
-    loads: list[list[Wrench] | None] = []
-    start = 0
-    for load in derivation.loads.wrenches:
-        if load is None:
-            loads.append(None)
-            continue
-        m, f = paths[start : start + 3], paths[start + 3 : start + 6]
-        loads.append([((m[0][k], m[1][k], m[2][k]), (f[0][k], f[1][k], f[2][k])) for k in range(order + 1)])
-        start += 6
-    return loads, paths[start:]

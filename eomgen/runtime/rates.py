@@ -50,6 +50,32 @@ class Rates:
             return built[0] if built and "rates" not in self.functions.names else "rates"
         return "rates" if order == 2 else f"rates_{order}"
 
+    def forward_rates(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, u_dot: Inputs = None, u_ddot: Inputs = None, *,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None, base_rates: ArrayLike | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """Return vdot, its rate (the jerk) and the rate of that, each (..., nv), along the motion that the forces cause.
+
+        The term is ``forward_rates``; scenes with constraints have none.
+        """
+        given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
+        given |= {"z": z, "base": base, "base_rates": base_rates}
+        a, j, s = self._terms.call("forward_rates", **given, parameters=parameters)
+        return a, j, s
+
+    def coriolis(
+        self, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
+    ) -> Array:
+        """Return a matrix C with C v = h, (..., nv, nv), base at rest.
+
+        Parameters
+        ----------
+        skew : bool
+            Take the factorisation for which dM/dt - 2 C is skew, C + J^T M b J (term ``coriolis_skew``), in place of
+            J^T (M J' - b^T M J) of Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257 (term ``coriolis``).
+        """
+        return self._terms.call("coriolis_skew" if skew else "coriolis", q=q, v=v, parameters=parameters)[0]
+
     def mass_rates(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, parameters: Parameters = None
     ) -> tuple[Array, Array]:

@@ -25,6 +25,8 @@ BASE = "base"
 WORLD = "world"
 #: Highest time derivative of inverse dynamics that can be asked for.
 HIGHEST_RATE = 8
+#: Matrices of the closed form, each a term with its time derivatives.
+CLOSED_MATRICES = ("system_jacobian", "adjoints", "joint_brackets", "link_brackets", "coriolis", "coriolis_skew")
 #: Names of all terms.
 TERMS = (
     "mass",
@@ -57,6 +59,11 @@ TERMS = (
     "energy",
     *("rates" if order == 2 else f"rates_{order}" for order in range(1, HIGHEST_RATE + 1)),
     *(f"{block}_rates{suffix}" for block in ("mass", "coupling", "force", "base_motion") for suffix in ("_1", "")),
+    "rates_closed",
+    "mass_rates_closed",
+    *(f"{name}{suffix}" for name in CLOSED_MATRICES for suffix in ("", "_rates_1", "_rates")),
+    "forward_rates_1",
+    "forward_rates",
 )
 JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
 #: A formula of parameters where a joint has one coordinate, one formula for each where it has several.

@@ -120,6 +120,10 @@ COUNTS_OF_RATES = [
     ("panda", "rates_1", 1321, 1500),
     ("panda", "rates", 2284, 2779),  # 2872 by repeated differentiation, 2779 by Taylor coefficients of the operations of tau
     ("panda", "rates_3", 3671, 4304),  # 4304: Taylor coefficients of the operations of tau
+    ("panda", "forward_rates", 3838, 5856),  # 5856: Taylor coefficients of the operations of vdot along its flow
+    ("panda", "mass_rates", 1815, 2276),
+    ("panda", "coriolis", 3834, 3834),
+    ("panda", "coriolis_rates", 14764, 14764),
     ("puma", "rates", 1403, 1712),
     ("rx90", "rates", 1815, 2189),
 ]
