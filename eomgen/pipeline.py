@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -160,7 +160,25 @@ def build(
     def built(others: Sequence[str]) -> Model:
         return build(scene, others, method=method, profile=profile, real=real)
 
-    return Model(scene, library, stepper, start, built)
+    return Model(scene, library, stepper, start, built, _gains_of(scene))
+
+
+def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]] | None:
+    """Return what finds the calibrated parameters of a scene at values of the others; None where there are none."""
+    if not any(item.calibration for item in scene.feedback):
+        return None
+
+    def gains(parameters: Mapping[str, float]) -> dict[str, float]:
+        from eomgen import calibration  # noqa: PLC0415  # SciPy comes with it
+
+        return calibration.gains(scene, parameters, _linearizable)[0]
+
+    return gains
+
+
+def _linearizable(scene: Scene, terms: list[str]) -> Model:
+    """Return a model from which gains are found: the same bits everywhere."""
+    return build(scene, terms, profile="reproducible")
 
 
 def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
@@ -239,6 +257,10 @@ def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> t
     from eomgen.integrators.specification import method_data  # noqa: PLC0415
 
     chosen = _method(scene, method)
+    if any(item.calibration for item in scene.feedback):
+        from eomgen.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
+
+        scene = calibrated(scene, _linearizable)
     system = derive(scene, terms)
     try:
         return to_program(system, method_data(chosen, system, scene.simulation.step)), ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import sys
 from pathlib import Path
 
@@ -257,6 +258,22 @@ def quarter_car() -> None:
     save(figure, "quarter_car")
 
 
+def active_quarter_car() -> None:
+    script = runpy.run_path(str(FOLDER / "active_quarter_car" / "compare.py"))
+    model = eomgen.build(script["SCENE"])
+    suspensions = script["suspensions"](model)
+    figure, axes = plt.subplots(2, 1, figsize=(7.5, 4.8), sharex=True, layout="constrained")
+    lines = (("passive", BLUE, "-"), ("clipped", GREEN, "-."), ("LQR", VERMILION, "--"))
+    for name, colour, style in lines:
+        run = model.simulate(6.0, 1e-3, parameters=suspensions[name])
+        axes[0].plot(run.t, run.outputs["body_acceleration"], color=colour, linestyle=style, linewidth=1.0, label=name)
+        axes[1].plot(run.t, 1e-3 * run.outputs["tyre_load"], color=colour, linestyle=style, linewidth=0.8)
+    axes[0].set(ylabel="body acceleration, m/s²", xlim=(2, 6), ylim=(-5, 6.5))
+    axes[0].legend(frameon=False, ncols=3, loc="upper right")
+    axes[1].set(ylabel="dynamic tyre load, kN", xlabel="time, s")
+    save(figure, "active_quarter_car")
+
+
 def quarter_car_on_bump() -> None:
     run = simulated("quarter_car_on_bump")
     load, deflection = run.outputs["load"].reshape(-1), run.outputs["deflection"].reshape(-1)
@@ -332,6 +349,7 @@ def main() -> int:
         hanging_chain,
         free_spinning_body,
         quarter_car,
+        active_quarter_car,
         quarter_car_on_bump,
         half_car_on_measured_road,
         robot_arm,

@@ -126,7 +126,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     chosen = [int(k) for k in controlled]
     for k in chosen:
         if not 0 <= k < plant.n:
-            raise UsageError(f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}")
+            raise UsageError(f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1")
     if not chosen or len(set(chosen)) < len(chosen):
         raise UsageError("the modes to control are none, or one of them is named twice", "[1, 2]")
     gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]

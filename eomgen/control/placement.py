@@ -44,7 +44,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     wanted = np.asarray(poles, dtype=complex)
     n, rate = plant.n, plant.scales.rate
     if wanted.shape != (2 * n,):
-        raise UsageError(f"{wanted.size} poles are given, and {n} degrees of freedom have {2 * n}", f"{2 * n} poles")
+        raise UsageError(f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues", f"{2 * n} poles")
     if not np.all(np.isfinite(wanted)):
         raise UsageError("a pole is not finite", "finite numbers")
     left = list(map(complex, wanted))

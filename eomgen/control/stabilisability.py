@@ -23,11 +23,13 @@ _RANK = 1e-9
 
 
 def check_stabilisable(plant: Plant) -> None:
-    """Raise ModelError where a mode that does not decay by itself is out of the actuators' reach."""
-    for value, shape, reach in _reached(plant):
-        if reach < _RANK and value.real > -_ON_AXIS * plant.scales.rate:
-            what = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
-            raise ModelError(what, "an actuator that works on it, or a spring and a damper that hold it")
+    """Raise ModelError where a mode that does not decay is out of the actuators' reach; of several the fastest is named."""
+    lost = [(value, shape) for value, shape, reach in _reached(plant) if reach < _RANK]
+    lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
+    if lost:
+        value, shape = max(lost, key=lambda mode: mode[0].real)
+        what = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
+        raise ModelError(what, "an actuator that works on it, or a spring and a damper that hold it")
 
 
 def check_controllable(plant: Plant) -> None:

@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
 
+Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
@@ -57,11 +58,13 @@ class Model(Bodies, InternalStates, Rates, Runs):
         Gives q and v of the scene's initial state at other parameters, where they depend on them.
     built : callable, optional
         Builds a model of the same scene with other terms.
+    gains : callable, optional
+        Finds the parameters that calibrations fill, at values of the others.
     """
 
     def __init__(
         self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
-        built: Callable[[Sequence[str]], Model] | None = None,
+        built: Callable[[Sequence[str]], Model] | None = None, gains: Gains | None = None,
     ) -> None:  # fmt: skip
         layout = library.layout
         self.scene = scene
@@ -69,6 +72,7 @@ class Model(Bodies, InternalStates, Rates, Runs):
         self.stepper = stepper
         self.start = start
         self._built = built
+        self._gains = gains
         self._others: dict[tuple[str, ...], Model] = {}
         self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
@@ -139,6 +143,22 @@ class Model(Bodies, InternalStates, Rates, Runs):
         if wanted not in self._others:
             self._others[wanted] = self._built(wanted)
         return self._others[wanted]
+
+    def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
+
+        They are parameters themselves: ``simulate(parameters={**parameters, **model.calibrate(parameters=parameters)})``. Without
+        calibrated controllers nothing is returned.
+
+        Raises
+        ------
+        UsageError
+            Unknown parameters, or values that are not finite.
+        DescriptionError, ModelError, NumericalError
+            What cannot be calibrated, by its place in the scene.
+        """
+        self.parameter_array(parameters)
+        return {} if self._gains is None else self._gains(dict(parameters or {}))
 
     # -- separated terms -----------------------------------------------------------------------------------------------
 

@@ -18,7 +18,13 @@ from eomgen.scene.beams import read_beam
 from eomgen.scene.bushings import read_bushing
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.constraints import check_closings, read_constraint
-from eomgen.scene.controllers import check_loops, read_controller, states_of
+from eomgen.scene.control_section import (
+    made_parameters,
+    outputs_of_controllers,
+    read_controllers,
+    states_of_controllers,
+)
+from eomgen.scene.controllers import check_loops
 from eomgen.scene.corners import applications
 from eomgen.scene.curve import AnyCurve
 from eomgen.scene.curve_checks import check_twice_differentiable
@@ -147,18 +153,21 @@ class _Assembler:
             entry = data["joints"].get(name)
             kind = entry.get("type") if isinstance(entry, Mapping) else None
             self.joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
-        tunable = {name: parameter.tunable for name, parameter in document.parameters.items()}
+        self.parameters = [
+            *(scene.Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
+            *made_parameters(document.controllers),
+        ]
         self.curve_table: dict[str, AnyCurve] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
         names = Names(
-            parameters={**tunable, **dict.fromkeys(sorted(refused["parameters"]), False)},
+            parameters={**{p.name: p.tunable for p in self.parameters}, **dict.fromkeys(sorted(refused["parameters"]), False)},
             inputs=(*document.inputs, *sorted(refused["inputs"])),
             states=(
                 *document.states,
                 *sorted(refused["states"]),
-                *(state for name, entry in document.controllers.items() for state in states_of(name, entry.type)),
+                *states_of_controllers(document.controllers),
             ),
-            controllers=(*document.controllers, *sorted(refused["controllers"])),
+            controllers=(*outputs_of_controllers(document.controllers), *sorted(refused["controllers"])),
             joints=self.joint_types,
             beams=self.elastic,
             points=(*document.points, *sorted(refused["points"])),
@@ -166,7 +175,7 @@ class _Assembler:
             curves=self.curve_table,
             tyres=(*document.tyres, *sorted(refused["tyres"])),
         )
-        defaults = {name: parameter.value for name, parameter in document.parameters.items()}
+        defaults = {parameter.name: parameter.value for parameter in self.parameters}
         self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
         self.broken = sorted(refused["bodies"] | refused["beams"])
         self.bodies = [*document.bodies, *document.beams, *self.broken]
@@ -208,9 +217,10 @@ class _Assembler:
             check_within_half_a_turn(joints.values(), values, self.report)
             check_not_absolute(document.beams, self.report)
         inputs = tuple(self.input(name, entry) for name, entry in document.inputs.items())
-        states, controllers = self.controllers()
+        states = [self.state(name, entry) for name, entry in document.states.items()]
+        control = read_controllers(document.controllers, document.springs, document.outputs, values)
         springs = tuple(self.spring(name, spring) for name, spring in document.springs.items())
-        check_loops(controllers, springs, values)
+        check_loops(control.outputs, springs, values)
         forces = tuple(self.force(name, force) for name, force in document.forces.items())
         framed: dict[str, Sequence[Constraint | Bushing]] = {"constraints": constraints, "bushings": bushings}
         check_places(bodies, joints.values(), points.values(), forces, framed, values)
@@ -224,14 +234,12 @@ class _Assembler:
             "gravity": values.vector("gravity", document.gravity, PARAMETERS),
             "bodies": tuple(bodies[link.child] for link in order if link.child in bodies),
             "joints": tuple(joints[link.name] for link in order),
-            "parameters": tuple(
-                scene.Parameter(name, parameter.value, parameter.tunable, parameter.unit, parameter.description)
-                for name, parameter in document.parameters.items()
-            ),
+            "parameters": tuple(self.parameters),
             "curves": tuple(self.curve_table.values()),
             "inputs": inputs,
-            "states": tuple(states),
-            "controllers": tuple(controllers),
+            "states": (*states, *control.states),
+            "controllers": tuple(control.outputs),
+            "feedback": tuple(control.feedback),
             "base": self.base(),
             "constraints": constraints,
             "coordinates": document.coordinates,
@@ -266,16 +274,6 @@ class _Assembler:
             self.curve_table |= {at.curve.name: at.curve for at in applications(part)}
         formula = functools.reduce(lambda x, y: Operation("add", (x, y)), parts) if parts else None
         return scene.Input(name, formula, entry.unit, entry.description, harmonics)
-
-    def controllers(self) -> tuple[list[scene.State], list[scene.Controller]]:
-        """Return all states, those that controllers make last, and what controllers give."""
-        states = [self.state(name, entry) for name, entry in self.document.states.items()]
-        outputs = []
-        for name, entry in self.document.controllers.items():
-            made, output = read_controller(name, entry, self.values)
-            states += made
-            outputs.append(output)
-        return states, outputs
 
     def state(self, name: str, entry: State) -> scene.State:
         key = key_of("states", name)

@@ -95,7 +95,7 @@ class SceneBuilder:
         self,
         name: str,
         type: str,
-        signal: Value,
+        signal: Value | None = None,
         *,
         proportional: Value | None = None,
         integral: Value | None = None,
@@ -110,12 +110,17 @@ class SceneBuilder:
         initial_filtered: Value | None = None,
         unit: str = "",
         description: str = "",
+        **feedback: Any,
     ) -> Self:
-        """Add a controller, filter or actuator of type pi, pid, low_pass or lead_lag; formulas use its output by its name."""
+        """Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback or skyhook.
+
+        Formulas use its output by its name. ``feedback`` holds the keys of the last two types as a scene file has them:
+        coordinates, signals, gains, calibration, ...; spring, damping, clipped, ....
+        """
         return self._enter(
             "controllers", name, type=type, signal=signal, proportional=proportional, integral=integral, derivative=derivative,
             gain=gain, time_constant=time_constant, lead=lead, minimum=minimum, maximum=maximum, tracking=tracking,
-            initial=initial, initial_filtered=initial_filtered, unit=unit, description=description,
+            initial=initial, initial_filtered=initial_filtered, unit=unit, description=description, **feedback,
         )  # fmt: skip
 
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:

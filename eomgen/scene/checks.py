@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.controllers import states_of
+from eomgen.scene.control_section import made_by_controller
 from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
 from eomgen.scene.mimics import led_or_following
-from eomgen.scene.names import NAME_LENGTH, is_legal, key_of, nearest, shown
+from eomgen.scene.names import NAME_LENGTH, NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.scene import BASE, WORLD, Body, Joint
 from eomgen.scene.schema import SECTIONS, Document, Simulation
@@ -38,7 +38,6 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 _BARE = {
     "parameters": "a parameter", "inputs": "an input", "states": "a state", "controllers": "a controller", "curves": "a curve",
 }  # fmt: skip
-NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 
 
 def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
@@ -62,12 +61,30 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         if name in getattr(document, other):
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
     if section == "controllers" and name in document.controllers:
-        for made in states_of(name, document.controllers[name].type):
+        return _fault_of_made(name, document)
+    return "", ""
+
+
+def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
+    """Return what is wrong with the names that a controller makes."""
+    others = {
+        made: other
+        for other, entry in document.controllers.items()
+        if other != name
+        for names in made_by_controller(other, entry).values()
+        for made in names
+    }
+    for section, names in made_by_controller(name, document.controllers[name]).items():
+        for made in names:
             if not is_legal(made):
-                return f"the controller makes a state {shown(made)}, whose name is too long", "a shorter name"
+                fault = f"the controller makes {_BARE[section]} {shown(made)}, whose name is"
+                return (f"{fault} too long", "a shorter name") if len(made) > NAME_LENGTH else (f"{fault} not legal", NAME_RULE)
+            if made in others:
+                fault = f"the controllers {name} and {others[made]} both make {_BARE[section]} {made}"
+                return fault, "another name for one of them"
             for other, what in _BARE.items():
                 if made in getattr(document, other):
-                    fault = f"the controller makes a state {made}, and there is {what} of that name"
+                    fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
                     return fault, "another name for one of them"
     return "", ""
 

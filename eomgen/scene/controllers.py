@@ -1,4 +1,4 @@
-"""Controllers, filters and actuators of a scene: nothing but internal states and formulas, made of a few numbers.
+"""Controllers, filters and actuators with memory: nothing but internal states and formulas, made of a few numbers.
 
 A limited integral is brought back by what the limits take off, over the tracking time (Astrom and Rundqwist, Integrator windup
 and how to avoid it, American Control Conference 1989).
@@ -18,40 +18,11 @@ from eomgen.scene.scene import Controller, Spring, State
 from eomgen.scene.schema_control import Controller as Written
 from eomgen.scene.values import UNKNOWN, Values
 
-#: Keys beside signal, limits and labels that each type takes; the first ones it must have.
-_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "pi": ((), ("proportional", "integral", "tracking")),
-    "pid": (("time_constant",), ("proportional", "integral", "derivative", "tracking", "initial_filtered")),
-    "low_pass": (("time_constant",), ("gain",)),
-    "lead_lag": (("time_constant", "lead"), ("gain", "initial_filtered")),
-}
-_OPTIONAL = ("proportional", "integral", "derivative", "gain", "time_constant", "lead", "tracking", "initial_filtered")
-#: The states that each type makes, by what is put behind the controller's name.
-SUFFIXES: Mapping[str, tuple[str, ...]] = {
-    "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
-}  # fmt: skip
-
-
-def states_of(name: str, kind: str) -> list[str]:
-    """Return the names of the states that a controller makes."""
-    return [f"{name}_{suffix}" for suffix in SUFFIXES[kind]]
-
 
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
-    """Return the states and the output of a controller; what is wrong is reported."""
+    """Return the states and the output of a controller with memory; what is wrong is reported."""
     key, report = key_of("controllers", name), values.report
-    needed, allowed = _KEYS[entry.type]
-    given = [field for field in _OPTIONAL if getattr(entry, field) is not None]
-    for field in given:
-        if field not in (*needed, *allowed):
-            kinds = " or ".join(kind for kind, (first, second) in _KEYS.items() if field in (*first, *second))
-            report.add(f"{key}.{field}", f"{field} has no meaning for {entry.type}", f"type = {kinds}")
-    missing = [field for field in needed if field not in given]
-    for field in missing:
-        report.add(key, f"a {entry.type} controller needs {field}", f"{field} = 0.01")
-    if entry.initial and entry.type == "lead_lag":
-        report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
-    e = values.formula(f"{key}.signal", entry.signal, STATE)
+    e = UNKNOWN if entry.signal is None else values.formula(f"{key}.signal", entry.signal, STATE)
 
     def number(field: str, default: float) -> Formula:
         written = getattr(entry, field)
@@ -62,10 +33,10 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
         return 0.0 if written is None else values.constant(f"{key}.{field}", written)
 
     T = number("time_constant", math.nan)
-    if "time_constant" in given and not values.value(T) > 0.0 and T is not UNKNOWN:
+    if entry.time_constant is not None and not values.value(T) > 0.0 and T is not UNKNOWN:
         report.add(f"{key}.time_constant", f"the time constant {values.value(T):.6g} s is not positive", "0.01")
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
-    limits = _Limits(key, entry, values)
+    limits = Limits(key, entry, values)
     made: dict[str, tuple[Formula, float]] = {}
     if entry.type in ("pi", "pid"):
         kp, ki = number("proportional", 0.0), number("integral", 0.0)
@@ -95,7 +66,9 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     return states, Controller(name, limits.of(free), entry.unit, entry.description)
 
 
-class _Limits:
+class Limits:
+    """The limits of a controller's output."""
+
     def __init__(self, key: str, entry: Written, values: Values) -> None:
         self.bounds: dict[str, Formula] = {}
         for field, operation in (("minimum", "max"), ("maximum", "min")):
@@ -113,6 +86,7 @@ class _Limits:
         return bool(self.bounds)
 
     def of(self, formula: Formula) -> Formula:
+        """Return a formula held between the limits."""
         for operation, bound in self.bounds.items():
             formula = Operation(operation, (bound, formula))
         return formula

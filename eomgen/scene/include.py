@@ -14,10 +14,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from eomgen.errors import EomgenError, FileError, UsageError
-from eomgen.scene.checks import NAME_RULE
-from eomgen.scene.controllers import SUFFIXES, states_of
+from eomgen.scene.control_section import made_by_controller
 from eomgen.scene.document import explained
-from eomgen.scene.names import is_legal, key_of, nearest, shown
+from eomgen.scene.names import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.scene.namespace import Included, Namespace
 from eomgen.scene.part import Part
 from eomgen.scene.reader import read_text, shown_file, toml_data
@@ -25,6 +24,7 @@ from eomgen.scene.renaming import Renamer, overridden
 from eomgen.scene.report import Report
 from eomgen.scene.scene import BASE
 from eomgen.scene.schema import SECTIONS, Document
+from eomgen.scene.schema_control import Controller
 from eomgen.scene.schema_include import Include
 from eomgen.scene.schema_values import described
 from eomgen.scene.written_units import in_si
@@ -178,10 +178,12 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     values = overridden(key, entry, inner.data, known, report)
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
     names["bodies"] |= names["beams"]
-    names["states"] |= {made: prefix + made for made in _made_states(inner.data)}
     space = Namespace(names, values)
     base = _base(name, entry, part, report)
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)
+    renamed_too = _made(entries)
+    for section, made in _made(inner.data).items():
+        names[section] |= dict(zip(made, renamed_too[section], strict=True))
     for section, renamed in entries.items():
         mine = part.data.setdefault(section, {})
         if not isinstance(mine, Mapping):
@@ -225,11 +227,17 @@ def _base(name: str, entry: Include, part: Part, report: Report) -> str:
     return body
 
 
-def _made_states(data: Mapping[str, Any]) -> list[str]:
-    """Return the names of the states that the controllers of a file make."""
-    entries = {name: data["controllers"][name] for name in _names(data, "controllers")}
-    kinds = {name: entry.get("type") for name, entry in entries.items() if isinstance(entry, Mapping)}
-    return [made for name, kind in kinds.items() if kind in SUFFIXES for made in states_of(name, str(kind))]
+def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the names that the controllers of a file make, by section; of those that are not well formed none."""
+    found: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
+    for name in _names(data, "controllers"):
+        try:
+            entry = Controller.model_validate(data["controllers"][name])
+        except ValidationError:
+            continue
+        for section, made in made_by_controller(name, entry).items():
+            found[section] += made
+    return found
 
 
 def _prefix(name: str, entry: Include) -> str:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable
 
 NAME_LENGTH = 64
+NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 _SHOWN = 48
 _LISTED = 8

@@ -15,7 +15,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from eomgen.scene import schema, schema_beams, schema_forces, schema_places, schema_signals
+from eomgen.scene import schema, schema_beams, schema_control, schema_forces, schema_places, schema_signals
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_places import Rotations
@@ -55,7 +55,7 @@ def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
-        for module in (schema_places, schema_signals, schema_forces, schema_beams, schema)
+        for module in (schema_places, schema_signals, schema_forces, schema_beams, schema_control, schema)
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }

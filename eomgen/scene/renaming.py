@@ -67,7 +67,15 @@ class Renamer:
         return self.texts(value) if meaning.unit or meaning.names is not None else value
 
     def reference(self, section: str, name: Any) -> Any:
-        """Return the new name of an entry that a key refers to; of one that is not there, words that name nothing."""
+        """Return the new name of an entry that a key refers to; of one that is not there, words that name nothing.
+
+        A key may name several in a list, or hold something for each of them in a table.
+        """
+        if isinstance(name, list | tuple):
+            return [self.reference(section, entry) for entry in name]
+        if isinstance(name, Mapping):
+            known = self.space.names[section]
+            return {known.get(entry, entry): self.texts(value) for entry, value in name.items()}
         if section == "bodies" and name in (BASE, WORLD):
             return self.base if name == BASE else WORLD
         if not isinstance(name, str) or not name:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from eomgen.scene.beam import Beam
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
+from eomgen.scene.feedback import StateFeedback
 from eomgen.scene.force_elements import Bushing, Friction, Stop, Tyre
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
 
@@ -329,6 +330,7 @@ class Scene:
     ----------
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
     curves : those that formulas can name, and those that inputs are made of.
+    feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where nothing
@@ -350,6 +352,7 @@ class Scene:
     inputs: tuple[Input, ...] = ()
     states: tuple[State, ...] = ()
     controllers: tuple[Controller, ...] = ()
+    feedback: tuple[StateFeedback, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
     springs: tuple[Spring, ...] = ()

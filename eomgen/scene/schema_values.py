@@ -86,6 +86,12 @@ Values = Annotated[
     BeforeValidator(_as_list),
     WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
+Numbers = Annotated[
+    tuple[Finite, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
+]
+NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(_list_of(2))]
 Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VALUE_SCHEMA)]
 Bounds = Annotated[
     tuple[Bound, ...],

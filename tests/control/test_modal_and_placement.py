@@ -147,7 +147,7 @@ def test_poles_are_where_they_are_wanted(n: int, m: int, rng: np.random.Generato
 @pytest.mark.parametrize(
     ("poles", "message"),
     [
-        ([-1.0, -2.0], "2 poles are given, and 2 degrees of freedom have 4"),
+        ([-1.0, -2.0], "2 poles are given, and the model has 4 eigenvalues"),
         ([-1.0, -2.0, -3 + 1j, -3 + 1j], "the pole -3+1i is there without its conjugate"),
         ([-1.0, -2.0, -3 + 1j, -3 - 2j], "the pole -3+1i is there without its conjugate"),
         ([-1.0, -1.0, -3.0, -4.0], "the pole -1+0i is there 2 times, and 1 actuators place 1 at most"),

@@ -568,7 +568,8 @@ def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[st
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------
 
 #: Keys whose texts are no names of entries.
-_PLAIN = {"name", "description", "unit", "method", "energy", "file", "prefix", "parameters", "lock", "argument", "value"}
+_PLAIN = {"name", "description", "unit", "method", "energy", "file", "prefix", "parameters", "lock", "argument", "value",
+          "outputs", "signal_gains", "signal_weights"}
 
 
 def test_every_key_that_names_an_entry_says_so() -> None:

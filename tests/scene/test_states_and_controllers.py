@@ -121,7 +121,8 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('c = { type = "pdi", signal = 1 }', "'pdi' is not known here; try: one of pi, pid, low_pass or lead_lag"),
+        ('c = { type = "pdi", signal = 1 }', "'pdi' is not known here; "
+         "try: one of pi, pid, low_pass, lead_lag, state_feedback or skyhook"),
         ('c = { type = "low_pass", signal = 1 }', "a low_pass controller needs time_constant; try: time_constant = 0.01"),
         ('c = { type = "lead_lag", signal = 1, time_constant = 1 }', "a lead_lag controller needs lead; try: lead = 0.01"),
         ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),

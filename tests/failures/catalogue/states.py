@@ -49,7 +49,7 @@ FAILURES = [
         "A controller of a kind that there is not", 3,
         (
             "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
-            "low_pass or lead_lag"
+            "low_pass, lead_lag, state_feedback or skyhook"
         ),
         more=(
             "[controllers.servo]\n"

@@ -1,0 +1,89 @@
+"""The active quarter car: published stationary values from the model's own matrices, harmonic responses point by point."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+FOLDER = Path(__file__).parents[2] / "examples" / "active_quarter_car"
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    return eomgen.build(FOLDER / "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def script() -> dict[str, Any]:
+    return runpy.run_path(str(FOLDER / "compare.py"))
+
+
+@pytest.mark.parametrize(
+    ("suspension", "printed"),
+    [
+        ("passive", ("1.41708", "11.9296", "720.33")),
+        ("skyhook", ("1.22191", "9.9534", "730.56")),
+        ("LQR", ("0.763414", "13.7329", "1097.04")),
+    ],
+)
+def test_stationary_values_are_the_published_ones(
+    model: eomgen.Model, script: dict[str, Any], suspension: str, printed: tuple[str, ...]
+) -> None:
+    """From M0, C0, K0 and E0 of the compiled scene with this suspension at work; the last digit may be cut."""
+    values = script["expected"](model, script["suspensions"](model)[suspension])
+    for value, digits in zip(values, printed, strict=True):
+        assert abs(value - float(digits)) <= 10.0 ** -len(digits.partition(".")[2]), (value, digits)
+
+
+def test_the_wheel_carries_the_body_at_one_frequency(model: eomgen.Model, script: dict[str, Any]) -> None:
+    """z_s/z_r = -m_u/m_s at w^2 = k_t/m_u, whatever the suspension does: in the linear models of the compiled scene."""
+    s = 1j * np.sqrt(160000.0 / 36.0)
+    for name, parameters in script["suspensions"](model).items():
+        if name == "clipped":
+            continue
+        linear = model.linearize(t=100.0, parameters=parameters)
+        z = np.linalg.solve(s**2 * linear.M0 + s * linear.C0 + linear.K0, linear.E0[:, 0])
+        assert abs(z[linear.coordinates.index("body")] + 0.15) <= 1e-12
+
+
+@pytest.mark.parametrize("suspension", ["passive", "skyhook", "LQR"])
+def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
+    parameters = {**model.parameters, **script["suspensions"](model)[suspension]}
+    run = model.simulate(16.0, 1e-3, method="rk4", parameters=parameters)
+    amplitude, frequency, phase = np.array(model.scene.inputs[0].harmonics).T
+    late = run.t > 12.0
+    linear = model.linearize(t=100.0, parameters=parameters)
+    body = linear.coordinates.index("body")
+    acceleration = np.zeros(int(late.sum()))
+    for a, w, shift in zip(amplitude, frequency, phase, strict=True):
+        z = np.linalg.solve(-(w**2) * linear.M0 + 1j * w * linear.C0 + linear.K0, linear.E0[:, 0])
+        acceleration += a * np.real(-(w**2) * z[body] * np.exp(1j * (w * run.t[late] + shift)))
+    found = run.outputs["body_acceleration"][late]
+    assert np.abs(found - acceleration).max() < 1e-4 * np.abs(acceleration).max()
+
+
+def test_the_clipped_suspension_is_a_damper(model: eomgen.Model, script: dict[str, Any]) -> None:
+    run = model.simulate(10.0, 1e-3, parameters=script["suspensions"](model)["clipped"])
+    rate = run.v[:, model.v_names.index("v.body")] - run.v[:, model.v_names.index("v.wheel")]
+    tension, moving = run.outputs["actuator_force"], np.abs(rate) > 1e-6
+    coefficient = tension[moving] / rate[moving]
+    assert coefficient.min() == pytest.approx(300.0, rel=1e-6) and coefficient.max() == pytest.approx(3000.0, rel=1e-6)
+
+
+def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
+    """60 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
+    values = {name: script["simulated"](model, p, 60.0) for name, p in script["suspensions"](model).items()}
+    for name in ("passive", "skyhook", "LQR"):
+        stationary = script["expected"](model, script["suspensions"](model)[name])
+        np.testing.assert_allclose(values[name], stationary, rtol=0.08)
+    order = [values[name][0] for name in ("LQR", "clipped", "skyhook", "passive")]
+    assert order == sorted(order)

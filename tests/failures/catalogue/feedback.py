@@ -1,0 +1,418 @@
+"""Failure catalogue: state feedback, calibrations and skyhook."""
+
+from __future__ import annotations
+
+from tests.failures.failure import Failure
+
+FAILURES = [
+    Failure(
+        "State feedback without gains", 3,
+        (
+            "description error: scene.toml:33 (controllers.hold): a state_feedback needs gains or a calibration; try: "
+            '[controllers.hold.calibration] and method = "lqr"'
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]'
+        ),
+    ),
+    Failure(
+        "State feedback of nothing", 3,
+        (
+            "description error: scene.toml:33 (controllers.hold): a state_feedback needs coordinates or signals; try: "
+            'coordinates = ["joint"]'
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
+        "State feedback of a joint that there is not", 3,
+        (
+            "description error: scene.toml:35 (controllers.hold.coordinates[0]): there is no joint 'sholder'; try: "
+            "shoulder"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["sholder"]\n'
+            "position_gains = { sholder = 1 }"
+        ),
+    ),
+    Failure(
+        "Gains that are no numbers", 3,
+        (
+            "description error: scene.toml:36 (controllers.hold.position_gains.shoulder[0]): a finite number is needed "
+            "here, not nan"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "position_gains = { shoulder = nan }"
+        ),
+    ),
+    Failure(
+        "Gains of another number than outputs", 3,
+        (
+            "description error: scene.toml:37 (controllers.hold.position_gains.shoulder): 1 gain given for 2 outputs; "
+            "try: one gain for each output"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            'outputs = ["up", "down"]\n'
+            "position_gains = { shoulder = 1 }"
+        ),
+    ),
+    Failure(
+        "Gains, and a calibration that would find them", 3,
+        (
+            "description error: scene.toml:36 (controllers.hold.position_gains): gains are given, and a calibration that "
+            "would find them, too; try: one of them"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "position_gains = { shoulder = 1 }\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
+        "A negative weight", 3,
+        (
+            "description error: scene.toml:39 (controllers.hold.calibration.position_weights.shoulder): the weight -10 is"
+            " negative; try: 0 or more"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = -10 }\n"
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
+        "A weight on a joint that there is not", 3,
+        (
+            "description error: scene.toml:39 (controllers.hold.calibration.position_weights.elbow): there is no joint "
+            "'elbow'; try: one of shoulder"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { elbow = 10 }\n"
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
+        "A list of weights of the wrong length", 3,
+        (
+            "description error: scene.toml:40 (controllers.hold.calibration.effort_weights): 2 numbers given for 1 "
+            "output; try: a list of 1"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = [0.1, 0.2]"
+        ),
+    ),
+    Failure(
+        "A weight that the method does not know", 3,
+        (
+            "description error: scene.toml:39 (controllers.hold.calibration.effort_weights): effort_weights has no "
+            "meaning for pole_placement; try: method = lqr or imsc"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "pole_placement"\n'
+            "effort_weights = 1\n"
+            "damping_ratios = 0.5"
+        ),
+    ),
+    Failure(
+        "Modal control without the weight of its forces", 3,
+        (
+            "description error: scene.toml:37 (controllers.hold.calibration): imsc needs effort_weights; try: "
+            "effort_weights = 1e-3"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "imsc"'
+        ),
+    ),
+    Failure(
+        "A mode that nothing stabilises", 4,
+        (
+            "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
+            "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
+            "spring and a damper that hold it"
+        ),
+        command="generate scene.toml --out c",
+        old="axis = [0, 1, 0]",
+        new=(
+            "axis = [0, 1, 0]\n"
+            "initial = { position = 3.1416 }"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
+        "Efforts that cost nothing", 3,
+        (
+            "description error: scene.toml:37 (controllers.hold.calibration): some effort costs nothing, so no gain is "
+            "large enough; try: a positive weight for every effort, or for accelerations that they give"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0\n"
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "Poles without their conjugates", 3,
+        (
+            "description error: scene.toml:37 (controllers.hold.calibration): the pole -1+2i is there without its "
+            "conjugate; try: -1-2i too"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "pole_placement"\n'
+            "poles = [[-1, 2], [-1, 2]]\n"
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "More poles than the model has", 3,
+        (
+            "description error: scene.toml:37 (controllers.hold.calibration): 3 poles are given, and the model has 2 "
+            "eigenvalues; try: 2 poles"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "pole_placement"\n'
+            "poles = [[-1, 2], [-1, -2], [-5, 0]]\n"
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "A mode beyond the model", 3,
+        "description error: scene.toml:37 (controllers.hold.calibration): there is no mode 2: the model has 1; try: 1",
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "imsc"\n'
+            "modes = [2]\n"
+            "effort_weights = 0.1\n"
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "Signals that do not tell the state", 4,
+        (
+            "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
+            "coordinates and signals of hold do not tell; try: v.shoulder among its signals, or its joint among its "
+            "coordinates"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'signals = { angle = "q.shoulder" }\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1\n"
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "A calibration at a state that is not in balance", 4,
+        (
+            "model error: scene.toml:37 (controllers.hold.calibration): the initial state is not in balance: it "
+            'accelerates with 9.68 m/s^2 or rad/s^2; try: at = "equilibrium", or an initial state of rest or of steady '
+            "motion"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1\n"
+            'at = "initial"\n'
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "hold"\n'
+            "\n"
+            "[forces.push]\n"
+            'body = "upper"\n'
+            'point = [0, 0, "-length"]\n'
+            "force = [3, 0, 0]"
+        ),
+    ),
+    Failure(
+        "Feedback of forces that lag", 4,
+        (
+            "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
+            "these methods are for models of second order; try: a controller without memory between, or gains of your own"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "lqr"\n'
+            "position_weights = { shoulder = 10 }\n"
+            "effort_weights = 0.1\n"
+            "\n"
+            "[states.lag]\n"
+            'rate = "10 * (hold - lag)"\n'
+            "\n"
+            "[efforts.hold]\n"
+            'joint = "shoulder"\n'
+            'effort = "lag"'
+        ),
+    ),
+    Failure(
+        "A skyhook on no spring", 3,
+        (
+            "description error: scene.toml:33 (controllers.sky): a skyhook controller needs spring; try: spring = "
+            '"suspension"'
+        ),
+        more=(
+            "[controllers.sky]\n"
+            'type = "skyhook"\n'
+            "damping = 100"
+        ),
+    ),
+    Failure(
+        "A clipped skyhook without its hardest damper", 3,
+        (
+            "description error: scene.toml:41 (controllers.sky): a clipped skyhook needs maximum_damping: no damper is "
+            "infinitely hard; try: maximum_damping = 4000"
+        ),
+        more=(
+            "[points.mount]\n"
+            'body = "base"\n'
+            "position = [0.3, 0, 0]\n"
+            "\n"
+            "[springs.strut]\n"
+            'first = "mount"\n'
+            'second = "tip"\n'
+            "\n"
+            "[controllers.sky]\n"
+            'type = "skyhook"\n'
+            'spring = "strut"\n'
+            "damping = 100\n"
+            "clipped = true"
+        ),
+    ),
+    Failure(
+        "A clipped skyhook whose limits cross", 3,
+        (
+            "description error: scene.toml:46 (controllers.sky.minimum_damping): the limits leave nothing: "
+            "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping"
+        ),
+        more=(
+            "[points.mount]\n"
+            'body = "base"\n'
+            "position = [0.3, 0, 0]\n"
+            "\n"
+            "[springs.strut]\n"
+            'first = "mount"\n'
+            'second = "tip"\n'
+            "\n"
+            "[controllers.sky]\n"
+            'type = "skyhook"\n'
+            'spring = "strut"\n'
+            "damping = 100\n"
+            "clipped = true\n"
+            "minimum_damping = 300\n"
+            "maximum_damping = 200"
+        ),
+    ),
+]

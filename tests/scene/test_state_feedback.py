@@ -1,0 +1,227 @@
+"""State feedback and skyhook in scene files: parameters with generated names, included files, and what is refused how."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.scene.evaluate import evaluate
+from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.reader import load_toml
+from eomgen.scene.scene import Scene
+
+QUARTER = """\
+format = 1
+name = "quarter"
+gravity = [0, 0, 0]
+[parameters]
+soft = { value = 300, tunable = true }
+[inputs]
+road = { unit = "m" }
+[bodies]
+wheel = { mass = 36 }
+body = { mass = 240 }
+[joints]
+wheel = { type = "prismatic", parent = "base", child = "wheel", axis = [0, 0, 1], stiffness = 160000 }
+body = { type = "prismatic", parent = "base", child = "body", axis = [0, 0, 1], position = [0, 0, 0.4] }
+[points]
+hub = { body = "wheel" }
+mount = { body = "body" }
+[springs.suspension]
+first = "hub"
+second = "mount"
+stiffness = 16000
+damping = 980
+length = 0.4
+force = "TENSION"
+[outputs]
+acceleration = { formula = "a.body" }
+"""
+GIVEN = """\
+[controllers.ride]
+type = "state_feedback"
+coordinates = ["body"]
+signals = { tyre = "q.wheel - road" }
+position_gains = { body = 100 }
+velocity_gains = { body = 2000 }
+signal_gains = { tyre = -500 }
+position_references = { body = "0.01 * t" }
+"""
+
+
+def read(text: str, force: str = "ride") -> Scene:
+    return load_toml(QUARTER.replace("TENSION", force) + text)
+
+
+def problems(text: str, force: str = "0") -> list[str]:
+    with pytest.raises(DescriptionError) as caught:
+        read(text, force)
+    return [str(problem).split("): ", 1)[-1] for problem in caught.value.problems]
+
+
+def test_gains_are_parameters_with_names_of_their_own() -> None:
+    scene = read(GIVEN)
+    made = {item.name: item.value for item in scene.parameters if item.tunable and item.name != "soft"}
+    assert made == {"ride_position_gain_body": 100.0, "ride_velocity_gain_body": 2000.0, "ride_gain_tyre": -500.0}
+    (feedback,) = scene.feedback
+    assert feedback.labels == ("q.body", "v.body", "tyre")
+    assert feedback.references == ("", "", "")
+    assert feedback.calibration is None
+
+
+def test_the_output_is_minus_gains_times_deviations() -> None:
+    (controller,) = read(GIVEN).controllers
+    state = {("q", "body"): 0.03, ("v", "body"): -0.2, ("q", "wheel"): 0.004, ("input", "road"): 0.001, ("time", ""): 2.0}
+    gains = {"ride_position_gain_body": 7.0, "ride_velocity_gain_body": 11.0, "ride_gain_tyre": 13.0}
+
+    def value(symbol: Symbol) -> float:
+        return gains[symbol.name] if symbol.kind == "parameter" else state[symbol.kind, symbol.name]
+
+    assert evaluate(controller.output, value) == pytest.approx(-(7.0 * (0.03 - 0.02) + 11.0 * -0.2 + 13.0 * 0.003))
+
+
+def test_several_outputs_have_gains_each() -> None:
+    scene = read(
+        '[controllers.ride]\ntype = "state_feedback"\noutputs = ["up", "down"]\ncoordinates = ["body"]\n'
+        "position_gains = { body = [1, 2] }\nmaximum = 50\n",
+        "ride_up - ride_down",
+    )
+    assert [item.name for item in scene.controllers] == ["ride_up", "ride_down"]
+    assert scene.feedback[0].gains == (
+        ("ride_up_position_gain_body", "ride_up_velocity_gain_body"),
+        ("ride_down_position_gain_body", "ride_down_velocity_gain_body"),
+    )
+    values = {item.name: item.value for item in scene.parameters}
+    assert (values["ride_up_position_gain_body"], values["ride_down_position_gain_body"]) == (1.0, 2.0)
+    assert values["ride_down_velocity_gain_body"] == 0.0
+    assert {item.output.name for item in scene.controllers} == {"min"}  # type: ignore[union-attr]  # limited outputs are operations
+
+
+CALIBRATED = """\
+[controllers.ride]
+type = "state_feedback"
+coordinates = ["body", "wheel"]
+signals = { tyre = "q.wheel - road" }
+signal_references = { tyre = 0 }
+[controllers.ride.calibration]
+method = "lqr"
+effort_weights = 1e-4
+position_weights = { wheel = 3 }
+output_weights = { acceleration = 1 }
+"""
+
+
+def test_references_of_what_is_calibrated_are_parameters() -> None:
+    (feedback,) = read(CALIBRATED).feedback
+    assert feedback.references == ("ride_position_reference_body", "ride_position_reference_wheel", "", "", "")
+    assert feedback.calibration is not None
+    assert feedback.calibration.position_weights == {"wheel": 3.0}
+
+
+def test_formulas_may_use_gains() -> None:
+    scene = read(GIVEN + '[outputs.share]\nformula = "ride_gain_tyre * ride"\n')
+    assert Symbol("parameter", "ride_gain_tyre") in scene.outputs[-1].values[0].arguments  # type: ignore[union-attr]  # a product
+
+
+def test_an_included_file_brings_its_feedback(tmp_path: Path) -> None:
+    """Every name of it gets the prefix, those of joints inside the names of gains too."""
+    inner = QUARTER.replace("TENSION", "ride + 0 * ride_position_gain_body") + CALIBRATED
+    (tmp_path / "quarter.toml").write_text(inner)
+    outer = 'format = 1\nname = "half"\n[include]\nleft = { file = "quarter.toml" }\nright = { file = "quarter.toml" }\n'
+    (tmp_path / "half.toml").write_text(outer)
+    scene = eomgen.load(tmp_path / "half.toml")
+    left, right = scene.feedback
+    assert left.labels == ("q.left_body", "q.left_wheel", "v.left_body", "v.left_wheel", "tyre")
+    assert right.gains[0][0] == "right_ride_position_gain_right_body"
+    assert left.calibration is not None
+    assert left.calibration.position_weights == {"left_wheel": 3.0}
+    assert left.calibration.output_weights == {"left_acceleration": 1.0}
+    assert left.references[0] == "left_ride_position_reference_left_body" and left.references[-1] == ""
+
+
+def test_a_builder_says_the_same() -> None:
+    builder = eomgen.SceneBuilder("same", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    calibration = {"method": "pole_placement", "poles": [[-1, 2], [-1, -2]]}
+    builder.controller("hold", "state_feedback", coordinates=["rail"], calibration=calibration).effort("hold", "rail", "hold")
+    (feedback,) = builder.build().feedback
+    assert feedback.calibration is not None
+    assert feedback.calibration.poles == (-1 + 2j, -1 - 2j)
+
+
+FEEDBACK = '[controllers.ride]\ntype = "state_feedback"\n'
+HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (FEEDBACK, "a state_feedback needs coordinates or signals; try: coordinates = [\"joint\"]"),
+        (HELD, "a state_feedback needs gains or a calibration; try: [controllers.ride.calibration] and method = \"lqr\""),
+        (HELD + "signal = 1\nposition_gains = { body = 1 }", "signal has no meaning for state_feedback; try: no signal"),
+        (HELD + "proportional = 1\nposition_gains = { body = 1 }",
+         "proportional has no meaning for state_feedback; try: type = pi or pid"),
+        (FEEDBACK + 'coordinates = ["bodi"]\nposition_gains = { bodi = 1 }',
+         "there is no joint 'bodi'; try: body"),
+        (FEEDBACK + 'coordinates = ["body", "body"]\nposition_gains = { body = 1 }',
+         "the joint body is named twice; try: each joint once"),
+        (HELD + "position_gains = { bodi = 1 }", "there is no coordinate of ride 'bodi'; try: body"),
+        (HELD + "signal_gains = { tyre = 1 }", "there is no signal of ride 'tyre'; try: without signal_gains"),
+        (HELD + "position_gains = { body = [1, 2] }",
+         "2 gains given for 1 output; try: one gain for each output"),
+        (HELD + "position_gains = { body = nan }", "a finite number is needed here, not nan"),
+        (HELD + 'position_gains = { body = "stiff" }', "a number is needed here, not 'stiff'"),
+        (HELD + 'position_gains = { body = 1 }\ncalibration = { method = "lqr", effort_weights = 1 }',
+         "gains are given, and a calibration that would find them, too; try: one of them"),
+        (HELD + 'outputs = ["a b"]\nposition_gains = { body = 1 }',
+         "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64 ASCII letters"),
+        (HELD + 'calibration = { method = "lqg" }', "'lqg' is not known here; try: one of lqr, imsc or pole_placement"),
+        (HELD + 'calibration = { method = "lqr", poles = [[-1, 0]] }',
+         "poles has no meaning for lqr; try: method = pole_placement"),
+        (HELD + 'calibration = { method = "lqr", position_weights = { bodi = 1 } }', "there is no joint 'bodi'; try: body"),
+        (HELD + 'calibration = { method = "lqr", output_weights = { comfort = 1 } }',
+         "there is no output 'comfort'; try: one of acceleration"),
+        (HELD + 'calibration = { method = "lqr", velocity_weights = { body = -2 } }',
+         "the weight -2 is negative; try: 0 or more"),
+        (HELD + 'calibration = { method = "lqr", effort_weights = [1, 2] }',
+         "2 numbers given for 1 output; try: a list of 1"),
+        (HELD + 'calibration = { method = "lqr", effort_weights = -1 }', "effort_weights of -1 cannot be; try: 0 or more"),
+        (HELD + 'calibration = { method = "imsc" }', "imsc needs effort_weights; try: effort_weights = 1e-3"),
+        (HELD + 'calibration = { method = "imsc", effort_weights = 0 }', "effort_weights of 0 cannot be; try: a number above 0"),
+        (HELD + 'calibration = { method = "pole_placement" }',
+         "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios = 0.3"),
+        (HELD + 'calibration = { method = "pole_placement", modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }',
+         "1 number given for 2 modes; try: a list of 2"),
+        (HELD + 'calibration = { method = "pole_placement", poles = [[-1, 2]], modes = [1] }',
+         "poles are given, and modes, frequencies or damping ratios too; try: one of both ways"),
+        (HELD + 'calibration = { method = "pole_placement", poles = [[-1]] }', "a list of 2 entries is needed here, not 1"),
+        ('[controllers.sky]\ntype = "skyhook"\n', "a skyhook controller needs spring; try: spring = \"suspension\""),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspensio"\ndamping = 1',
+         "there is no spring 'suspensio'; try: suspension"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"',
+         "a skyhook controller needs damping or groundhook; try: damping = 2000"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = -1', "damping is negative (-1); try: 0 or more"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nwidth = 1',
+         "width has no meaning for a skyhook that is not clipped; try: clipped = true"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true',
+         "a clipped skyhook needs maximum_damping: no damper is infinitely hard; try: maximum_damping = 4000"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\nminimum_damping = "soft"\n'
+         "maximum_damping = 200", "the limits leave nothing: minimum_damping 300 is not below maximum_damping 200; "
+         "try: a smaller minimum_damping"),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\n'
+         "maximum_damping = 200\nwidth = 0",
+         "the width 0 m/s is not positive; try: 0.01, or no width"),
+        ('[parameters.ride_position_gain_body]\nvalue = 1\n' + HELD + "position_gains = { body = 1 }",
+         "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name; "
+         "try: another name for one of them"),
+        ('[controllers.a]\ntype = "state_feedback"\noutputs = ["b_c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n'
+         '[controllers.a_b]\ntype = "state_feedback"\noutputs = ["c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n',
+         "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name for one of them"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be(text: str, message: str) -> None:
+    found = problems(text)
+    assert any(problem.startswith(message) for problem in found), found
