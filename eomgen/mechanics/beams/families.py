@@ -1,14 +1,12 @@
-"""What a family of shape functions is: n functions of s = 0 .. 1 along a beam, with derivatives, smooth between breaks."""
+"""What a family of shape functions is: n functions of s = 0 .. 1 along a beam with two derivatives, smooth between breaks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from eomgen.mechanics.beams.fixed_point import Fixed, times
 
 
 class Family(Protocol):
@@ -18,18 +16,18 @@ class Family(Protocol):
     ----------
     size : n
     breaks : where functions or derivatives are not smooth, within 0 < s < 1, in order
-    wave_number : largest of a wave in the functions between breaks, rad; of polynomials, their degree
+    wave_number : largest of a wave in the functions between breaks, rad; of polynomials, a quarter of their degree
     """
 
     @property
     def size(self) -> int: ...
     @property
-    def breaks(self) -> tuple[float, ...]: ...
+    def breaks(self) -> tuple[Fraction, ...]: ...
     @property
     def wave_number(self) -> float: ...
 
-    def values(self, s: Array, derivative: int = 0) -> Array:
-        """Return (n, m) values of a derivative by s at m places."""
+    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+        """Return (n, m) values, first and second derivatives by s at m places."""
         ...
 
 
@@ -38,7 +36,7 @@ class Scaled:
     """A family whose functions are multiplied by factors (n,)."""
 
     family: Family
-    factors: Array
+    factors: Fixed
 
     @property
     def size(self) -> int:
@@ -46,7 +44,7 @@ class Scaled:
         return self.family.size
 
     @property
-    def breaks(self) -> tuple[float, ...]:
+    def breaks(self) -> tuple[Fraction, ...]:
         """Places where functions are not smooth."""
         return self.family.breaks
 
@@ -55,6 +53,7 @@ class Scaled:
         """Largest wave number."""
         return self.family.wave_number
 
-    def values(self, s: Array, derivative: int = 0) -> Array:
-        """Return (n, m) values of a derivative by s at m places."""
-        return self.factors[:, None] * self.family.values(s, derivative)
+    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+        """Return (n, m) values, first and second derivatives by s."""
+        f, slope, curvature = (times(self.factors[:, None], part) for part in self.family.values(s))
+        return f, slope, curvature

@@ -6,12 +6,13 @@ the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still mak
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from math import comb
 
 import numpy as np
 
-from eomgen.mechanics.beams.families import Array
+from eomgen.mechanics.beams.fixed_point import Fixed, polynomial
 from eomgen.scene.beam import DeformationKind, Ends
 
 #: Coefficients, constant first.
@@ -22,19 +23,17 @@ _BENDING: dict[Ends, tuple[int, int, int]] = {"clamped_free": (2, 0, 0), "free_f
 _OTHERS: dict[Ends, tuple[int, int, int]] = {"clamped_free": (1, 0, 0), "free_free": (0, 0, 1), "pinned_pinned": (1, 1, 0)}
 
 
+@dataclass(frozen=True)
 class Polynomials:
-    """Polynomials of s; f = 1 at a free second end, f' = -4^n there where both ends are held.
+    """Polynomials of s; f = 1 at a free second end.
 
-    Parameters
+    Attributes
     ----------
-    coefficients : sequence
-        Of each function, constant first, all of the same length.
+    coefficients : of each function, constant first
     """
 
-    breaks: tuple[float, ...] = ()
-
-    def __init__(self, coefficients: tuple[Coefficients, ...]) -> None:
-        self.coefficients = coefficients
+    coefficients: tuple[Coefficients, ...]
+    breaks: tuple[Fraction, ...] = ()
 
     @property
     def size(self) -> int:
@@ -43,24 +42,23 @@ class Polynomials:
 
     @property
     def wave_number(self) -> float:
-        """The degree."""
-        return float(len(self.coefficients[0]) - 1)
+        """A quarter of the highest degree."""
+        return max(len(entry) - 1 for entry in self.coefficients) / 4.0
 
-    def values(self, s: Array, derivative: int = 0) -> Array:
-        """Return (n, m) values of a derivative by s."""
-        return np.array([evaluated(differentiated(entry, derivative), s) for entry in self.coefficients])
+    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+        """Return (n, m) values, first and second derivatives by s."""
+        f, slope, curvature = (
+            np.array([polynomial(differentiated(entry, times), s) for entry in self.coefficients]) for times in range(3)
+        )
+        return f, slope, curvature
 
 
 def family(kind: DeformationKind, ends: Ends, size: int) -> Polynomials:
     """Return the polynomials of a kind of deformation."""
     at_first, at_second, lowest = (_BENDING if kind.startswith("bending") else _OTHERS)[ends]
     weight = product(_power((Fraction(0), Fraction(1)), at_first), _power((Fraction(1), Fraction(-1)), at_second))
-    degree = lowest + size - 1 + at_first + at_second
-    found = []
-    for number in range(lowest, lowest + size):
-        entry = product(weight, _jacobi(number, 2 * at_second, 2 * at_first))
-        found.append(entry + (Fraction(0),) * (degree + 1 - len(entry)))
-    return Polynomials(tuple(found))
+    numbers = range(lowest, lowest + size)
+    return Polynomials(tuple(product(weight, _jacobi(number, 2 * at_second, 2 * at_first)) for number in numbers))
 
 
 def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
@@ -83,30 +81,25 @@ def product(first: Coefficients, second: Coefficients) -> Coefficients:
     return tuple(result)
 
 
-def differentiated(polynomial: Coefficients, times: int = 1) -> Coefficients:
+def differentiated(entry: Coefficients, times: int = 1) -> Coefficients:
     """Return a derivative."""
     for _ in range(times):
-        polynomial = tuple(place * entry for place, entry in enumerate(polynomial))[1:] or (Fraction(0),)
-    return polynomial
+        entry = tuple(place * factor for place, factor in enumerate(entry))[1:] or (Fraction(0),)
+    return entry
 
 
-def integrated(polynomial: Coefficients, origin: Fraction = Fraction(0)) -> Coefficients:
-    """Return the antiderivative that vanishes at a place."""
-    result = (Fraction(0), *(entry / (place + 1) for place, entry in enumerate(polynomial)))
-    return (-at(result, origin), *result[1:])
+def shifted(entry: Coefficients, piece: int, count: int) -> Coefficients:
+    """Return a polynomial of s as one of r, s = (piece + r) / count."""
+    result: Coefficients = ()
+    for factor in reversed(entry):
+        longer = product(result or (Fraction(0),), (Fraction(piece, count), Fraction(1, count)))
+        result = (longer[0] + factor, *longer[1:])
+    return result[: len(entry)]
 
 
-def at(polynomial: Coefficients, place: Fraction) -> Fraction:
-    """Return the exact value at a place."""
-    value = Fraction(0)
-    for entry in reversed(polynomial):
-        value = value * place + entry
-    return value
-
-
-def evaluated(polynomial: Coefficients, s: Array) -> Array:
-    """Return values in double precision, each correctly rounded: high powers cancel, so they are taken exactly."""
-    return np.array([float(at(polynomial, Fraction(float(place)))) for place in s])
+def integrated(entry: Coefficients) -> Coefficients:
+    """Return the antiderivative that vanishes at 0."""
+    return (Fraction(0), *(factor / (place + 1) for place, factor in enumerate(entry)))
 
 
 def _power(base: Coefficients, exponent: int) -> Coefficients:

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from eomgen.mechanics.beams import modal, polynomials
 from eomgen.mechanics.beams.elements import elements
 from eomgen.mechanics.beams.families import Family, Scaled
+from eomgen.mechanics.beams.fixed_point import BITS, ONE, WORKING, array, unfixed
 from eomgen.mechanics.beams.quadrature import Grid
 from eomgen.scene.beam import Beam, Deformation, Ends
 
-_SAMPLES = 2001
+_SAMPLES = 40  # for each function: enough to see its greatest wave
 
 
 def shapes(deformation: Deformation, beam: Beam) -> Family:
     """Return the shape functions of a deformation, of s = (x - start) / length."""
     family, ends = _natural(deformation, beam)
-    if deformation.normalisation == "mean_square":
+    if deformation.normalisation == "natural":
+        return family
+    with mpmath.workprec(WORKING):
+        if deformation.normalisation == "unit":
+            return Scaled(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
         grid = Grid([family])
-        return Scaled(family, 1.0 / np.sqrt(family.values(grid.places) ** 2 @ grid.weights))
-    if deformation.normalisation == "unit":
-        return Scaled(family, 1.0 / _greatest(family, ends))
-    return family
+        squares = [grid.integral(f, f) for f in family.values(grid.places)[0]]
+        return Scaled(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
 
 
 def _natural(deformation: Deformation, beam: Beam) -> tuple[Family, Ends]:
@@ -31,25 +34,23 @@ def _natural(deformation: Deformation, beam: Beam) -> tuple[Family, Ends]:
         return polynomials.family(kind, deformation.ends, size), deformation.ends
     if deformation.shapes == "finite_elements":
         return elements(deformation, beam), deformation.ends
-    if kind.startswith("bending") and deformation.shapes != "pinned_pinned":
-        return modal.BendingModes(deformation.shapes, size), deformation.shapes
-    return modal.waves(deformation.shapes, size), deformation.shapes
+    return modal.modes(kind.startswith("bending"), deformation.shapes, size), deformation.shapes
 
 
-def _greatest(family: Family, ends: Ends) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return (n,) values at a free second end, else the greatest magnitude of each function with the sign it first has."""
+def _greatest(family: Family, ends: Ends) -> list[int]:
+    """Return values at a free second end, else the greatest magnitude of each function with the sign it first has."""
     if ends != "pinned_pinned":
-        return family.values(np.array([1.0]))[:, 0]
-    places = np.linspace(0.0, 1.0, _SAMPLES)
-    samples = family.values(places)
+        return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
+    count = _SAMPLES * family.size
+    places = np.array([(number << BITS) // count for number in range(count + 1)], dtype=object)
     found = []
-    for number, row in enumerate(samples):
-        middle = int(np.argmax(np.abs(row)))
-        around = (places[middle - 1], places[middle + 1])
-
-        def below(s: float, number: int = number) -> float:
-            return -abs(float(family.values(np.array([s]))[number, 0]))
-
-        best = minimize_scalar(below, bounds=around, method="bounded", options={"xatol": 1e-9})
-        found.append(np.copysign(-best.fun, row[1]))
-    return np.array(found)
+    for number, row in enumerate(family.values(places)[0]):
+        s = np.array([places[int(np.argmax(np.abs(row)))]], dtype=object)
+        greatest = 0
+        for _ in range(9):  # Newton's iteration for f' = 0, which leads nowhere from a corner between elements
+            value, slope, curvature = (int(part[number, 0]) for part in family.values(s))
+            greatest = max(greatest, abs(value))
+            step = (slope << BITS) // curvature if curvature else 0
+            s = s - (step if abs(step) * count < ONE else 0)
+        found.append(greatest if row[1] > 0 else -greatest)
+    return found

@@ -1,0 +1,246 @@
+"""Polynomial and finite-element shape functions: fractions, known frequencies, orders of convergence, tapers, tip masses."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+
+from eomgen.mechanics.beams.shape_integrals import ShapeIntegrals
+from eomgen.scene.beam import DeformationKind, Ends
+from tests.mechanics.test_shape_integrals import deformation, integrals
+
+
+def frequencies(found: ShapeIntegrals, inertia: Any = None) -> Any:
+    """Return squared frequencies of k and m, or of k and another inertia."""
+    mass = found.m if inertia is None else inertia
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    return np.linalg.eigvalsh(root @ found.k @ root.T)
+
+
+def test_polynomials_are_fractions_rounded_once() -> None:
+    """s^2, s^2 (6 s - 5) and s^2 (28 s^2 - 42 s + 15), integrated by hand."""
+    found = integrals(deformation("bending_y", 3, "polynomial"))
+    assert np.diag(found.m).tolist() == [1 / 5, 1 / 7, 1 / 9]
+    assert np.array_equal(found.m, np.diag(np.diag(found.m)))
+    assert found.d.tolist() == [1 / 3, -1 / 6, 1 / 10]
+    assert found.k[0].tolist() == [4.0, 16.0, 32.0]
+    assert found.g0[0, 0] == 1 / 3  # int (1 - s) 4 s^2
+    assert found.at(1.0).value.tolist() == [1.0, 1.0, 1.0]
+
+
+KINDS: list[tuple[DeformationKind, Ends]] = [
+    (kind, ends)
+    for kind in ("bending_y", "bending_z", "stretch", "torsion")
+    for ends in ("clamped_free", "free_free", "pinned_pinned")
+]
+
+
+@pytest.mark.parametrize(("kind", "ends"), KINDS)
+@pytest.mark.parametrize("shapes", ["polynomial", "finite_elements"])
+def test_frequencies_of_uniform_beams(kind: DeformationKind, ends: Ends, shapes: Any) -> None:
+    more = {"elements": 40} if shapes == "finite_elements" else {}
+    found = integrals(deformation(kind, 9, shapes, ends=ends, **more), start=-1.0, length=2.0, polar_inertia=1.0)
+    squared = frequencies(found, found.t2 if kind == "torsion" else None)[:3]
+    if kind.startswith("bending"):
+        equation = {"clamped_free": -1, "free_free": 1}.get(ends)
+        starts = {"clamped_free": (1.9, 4.7, 7.9), "free_free": (4.7, 7.9, 11.0)}.get(ends, ())
+        waves = [float(mpmath.findroot(lambda x: mpmath.cos(x) * mpmath.cosh(x) - equation, start)) for start in starts]
+        waves = waves or [np.pi, 2 * np.pi, 3 * np.pi]
+        exact = (np.array(waves) / 2.0) ** 4
+    else:
+        exact = (np.pi * (np.arange(1, 4) - (0.5 if ends == "clamped_free" else 0.0)) / 2.0) ** 2
+    np.testing.assert_allclose(squared, exact, rtol=5e-5 if shapes == "polynomial" else 1e-5)
+    assert found.at(-1.0).value.any() == (ends == "free_free")
+    assert found.at(1.0).value.any() == (ends != "pinned_pinned")
+
+
+@pytest.mark.parametrize(("kind", "modes"), [("bending_y", 3), ("stretch", 3)])
+def test_elements_converge_with_the_fourth_power(kind: DeformationKind, modes: int) -> None:
+    exact = np.diag(integrals(deformation(kind, modes, normalisation="mean_square")).k)
+    errors = []
+    for count in (6, 12, 24):
+        found = integrals(deformation(kind, modes, "finite_elements", elements=count))
+        np.testing.assert_allclose(found.m, np.eye(modes), atol=1e-10)
+        errors.append(np.diag(found.k) / exact - 1.0)
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert (np.array(errors) > 0.0).all()
+    np.testing.assert_allclose(slopes[-1], 4.0, atol=0.1)
+
+
+def ritz(mass: list[int], stiffness: list[int], size: int = 14) -> list[float]:
+    """Return the squared frequencies of a tapered cantilever by monomials s^2, s^3, ... in 60 digits; fourths of coefficients."""
+    with mpmath.workdps(60):
+        def moment(profile: list[int], power: int) -> Any:
+            return sum(mpmath.mpf(entry) / 8 / (power + place + 1) for place, entry in enumerate(profile))
+
+        M = mpmath.matrix(size, size)
+        K = mpmath.matrix(size, size)
+        for row in range(size):
+            for column in range(size):
+                p, q = row + 2, column + 2
+                M[row, column] = moment(mass, p + q)
+                K[row, column] = p * (p - 1) * q * (q - 1) * moment(stiffness, p + q - 4)
+        inverse = mpmath.cholesky(M) ** -1
+        return [float(value) for value in sorted(mpmath.eigsy(inverse * K * inverse.T, eigvals_only=True))[:3]]
+
+
+#: Eighths of the coefficients of 1 - s/2 and of its cube.
+MASS, STIFFNESS = [8, -4], [8, -12, 6, -1]
+
+
+@pytest.mark.parametrize(
+    ("shapes", "modes", "more", "tolerance"),
+    [
+        ("finite_elements", 3, {"elements": 60}, 3e-6),
+        ("polynomial", 10, {}, 5e-8),
+        ("clamped_free", 20, {}, 4e-4),
+    ],
+)
+def test_a_tapered_blade(shapes: Any, modes: int, more: Any, tolerance: float) -> None:
+    profiles = {"mass": tuple(entry / 8 for entry in MASS), "bending_y": tuple(entry / 8 for entry in STIFFNESS)}
+    found = integrals(deformation("bending_y", modes, shapes, **more), profiles=profiles)
+    np.testing.assert_allclose(frequencies(found)[:3], ritz(MASS, STIFFNESS), rtol=tolerance)
+    if shapes == "finite_elements":  # modes of the tapered mesh: both matrices are diagonal
+        np.testing.assert_allclose(found.m, np.diag(np.diag(found.m)), atol=1e-9)
+
+
+@pytest.mark.parametrize(("mass", "inertia"), [(0.5, 0.0), (2.0, 0.1)])
+def test_modes_with_a_mass_at_the_tip(mass: float, inertia: float) -> None:
+    """Frequencies of a cantilever with a tip body of a mass and an inertia, both by the beam's own (length 1)."""
+    found = integrals(deformation("bending_z", 2, "finite_elements", elements=40, masses=((1.0, mass, inertia),)))
+
+    def determinant(x: float) -> float:
+        """Return the determinant of shear and moment at the tip for cosh - cos and sinh - sin."""
+        C, c, S, s = np.cosh(x), np.cos(x), np.sinh(x), np.sin(x)
+        moment = [x**2 * (C + c) - inertia * x**4 * x * (S + s), x**2 * (S + s) - inertia * x**4 * x * (C - c)]
+        shear = [x**3 * (S - s) + mass * x**4 * (C - c), x**3 * (C + c) + mass * x**4 * (S - s)]
+        return float((moment[0] * shear[1] - moment[1] * shear[0]) / C)
+
+    samples = np.linspace(0.3, 6.0, 500)
+    signs = np.array([determinant(x) for x in samples])
+    crossings = np.flatnonzero(signs[:-1] * signs[1:] < 0.0)[:2]
+    exact = [brentq(determinant, samples[place], samples[place + 1], xtol=1e-14) ** 4 for place in crossings]
+    tip = found.at(1.0)
+    whole = found.m + mass * np.outer(tip.value, tip.value) + inertia * np.outer(tip.slope, tip.slope)
+    np.testing.assert_allclose(frequencies(found, whole), exact, rtol=1e-6)
+    np.testing.assert_allclose(whole, np.diag(np.diag(whole)), atol=1e-9)
+
+
+def test_twist_with_an_inertia_at_the_tip() -> None:
+    shape = deformation("torsion", 1, "finite_elements", elements=20, masses=((3.0, 0.0, 1.5),))
+    found = integrals(shape, length=3.0, polar_inertia=1.0)
+    wave = brentq(lambda x: x * np.tan(x) - 3.0 / 1.5, 0.1, 1.5, xtol=1e-14)
+    whole = found.t2 + 1.5 * np.outer(found.at(3.0).value, found.at(3.0).value)
+    assert float(found.k[0, 0] / whole[0, 0]) == pytest.approx((wave / 3.0) ** 2, rel=1e-7)
+
+
+def test_nodal_coordinates_of_one_quadratic_element() -> None:
+    """Middle and end of a rod: mass L / 15 [8 1; 1 2], stiffness 1 / (3 L) [16 -8; -8 7]."""
+    found = integrals(deformation("stretch", 2, "finite_elements", elements=1, nodal=True), length=0.3)
+    np.testing.assert_allclose(found.m, 0.3 / 15 * np.array([[8.0, 1.0], [1.0, 2.0]]), rtol=1e-14)
+    np.testing.assert_allclose(found.k, np.array([[16.0, -8.0], [-8.0, 7.0]]) / 0.9, rtol=1e-14)
+    assert found.at(0.15).value.tolist() == [1.0, 0.0] and found.at(0.3).value.tolist() == [0.0, 1.0]
+
+
+def test_nodal_coordinates_of_cubic_elements() -> None:
+    """Deflection and slope at each node are the coordinates themselves, whatever the length."""
+    found = integrals(deformation("bending_y", 4, "finite_elements", elements=2, nodal=True), length=5.0)
+    for x, first in ((2.5, 0), (5.0, 2)):
+        value, slope = np.zeros(4), np.zeros(4)
+        value[first], slope[first + 1] = 1.0, 1.0
+        np.testing.assert_allclose(found.at(x).value, value, atol=1e-15)
+        np.testing.assert_allclose(found.at(x).slope, slope, atol=1e-15)
+    h = 2.5  # the stiffness of a clamped element for its second node
+    np.testing.assert_allclose(found.k[2:, 2:], np.array([[12.0, -6 * h], [-6 * h, 4 * h * h]]) / h**3, rtol=1e-13)
+
+
+@pytest.mark.parametrize("shapes", ["free_free", "polynomial", "finite_elements"])
+def test_free_shapes_have_mean_axes(shapes: Any) -> None:
+    """They move neither the centre of mass nor, in bending, the axis of inertia: the floating frame is the mean of the motion."""
+    more = {"elements": 30} if shapes == "finite_elements" else {}
+    bending = deformation("bending_y", 4, shapes, ends="free_free", **more)
+    stretch = deformation("stretch", 3, shapes, ends="free_free", **more)
+    found = integrals(bending, stretch, start=-2.0, length=3.0)
+    np.testing.assert_allclose(found.d, 0.0, atol=1e-8)
+    np.testing.assert_allclose(found.e[:4], 0.0, atol=1e-8)
+    if shapes == "polynomial":
+        assert not found.d.any() and not found.e[:4].any()
+
+
+@pytest.mark.parametrize(
+    ("shapes", "ends"),
+    [(shapes, ends) for shapes in ("clamped_free", "free_free", "pinned_pinned") for ends in ("clamped_free",)]
+    + [(shapes, ends) for shapes in ("polynomial", "finite_elements") for ends in ("clamped_free", "free_free", "pinned_pinned")],
+)
+def test_normalisations(shapes: Any, ends: Ends) -> None:
+    more = {"elements": 12} if shapes == "finite_elements" else {}
+    end = ends if shapes in ("polynomial", "finite_elements") else shapes
+    for kind in ("bending_y", "stretch"):
+        same = integrals(deformation(kind, 3, shapes, ends=ends, normalisation="mean_square", **more))
+        np.testing.assert_allclose(np.diag(same.m), 1.0, rtol=1e-13)
+        unit = integrals(deformation(kind, 3, shapes, ends=ends, normalisation="unit", **more))
+        values = np.array([unit.at(x).value for x in np.linspace(0.0, 1.0, 61)])
+        if end == "pinned_pinned":
+            assert (np.abs(values).max(axis=0) > 0.99).all() and (np.abs(values) <= 1.0 + 1e-15).all()
+            assert (values[1] > 0.0).all()
+        else:
+            np.testing.assert_allclose(values[-1], 1.0, rtol=1e-14)
+        natural = integrals(deformation(kind, 3, shapes, ends=ends, **more))
+        ratios = np.diag(natural.k) / np.diag(natural.m)
+        np.testing.assert_allclose(np.diag(same.k) / np.diag(same.m), ratios, rtol=1e-12)
+
+
+def test_shortening_with_the_frame_within_the_beam() -> None:
+    """f = s^2 and s^2 (6 s - 5), frame at s = 2/5: everything by hand with fractions."""
+    start, length = -1.0, 2.5
+    bending = deformation("bending_y", 2, "polynomial")
+    found = integrals(bending, start=start, length=length, order=2, profiles={"mass": (1.0, 0.5)})
+    s = Polynomial([0.0, 1.0])
+    functions = [s**2, 6 * s**3 - 5 * s**2]
+    density, x = 1.0 + 0.5 * s, start + length * s
+    H = [[(f.deriv() * g.deriv()).integ(lbnd=0.4) / length for g in functions] for f in functions]
+
+    def over(polynomial: Polynomial) -> float:
+        return float(length * polynomial.integ()(1.0))
+
+    for k in range(2):
+        for j in range(2):
+            assert found.g0[k, j] == pytest.approx(over(density * H[k][j]), rel=1e-13)
+            assert found.g1[k, j] == pytest.approx(over(density * x * H[k][j]), rel=1e-13)
+            assert found.at(-0.5).shortening[k, j] == pytest.approx(float(H[k][j](0.2)), rel=1e-13)
+            for i in range(2):
+                assert found.h1[k, j, i] == pytest.approx(over(density * H[k][j] * functions[i]), rel=1e-12)
+                for n in range(2):
+                    assert found.h2[k, j, i, n] == pytest.approx(over(density * H[k][j] * H[i][n]), rel=1e-12)
+    assert found.at(0.0).shortening.tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert found.at(-0.5).shortening[0, 0] < 0.0 < found.at(1.0).shortening[0, 0]
+
+
+def test_different_directions_share_mass_but_no_shortening() -> None:
+    found = integrals(deformation("bending_y", 2), deformation("bending_z", 2), deformation("stretch", 1), start=0.0)
+    np.testing.assert_array_equal(found.m[:2, 2:4], np.eye(2) * found.m[0, 0])
+    assert not found.g0[:2, 2:].any() and not found.g0[4].any() and not found.k[:2, 2:].any()
+    assert found.at(0.7).slope[4] == 0.0
+    assert found.m[0, 4] == pytest.approx(
+        float(mpmath.quad(lambda s: found.at(float(s)).value[0] * mpmath.sin(mpmath.pi * s / 2), [0, 0.5, 1])), rel=1e-12
+    )
+
+
+def test_units_of_length() -> None:
+    """Dossier 1.10.0: m = L, d = L, e = L^2, K = 1 / L^3, G0 = 1 and G1 = L times the numbers of a beam of length 1."""
+    one, long = (integrals(deformation("bending_y", 3), length=length) for length in (1.0, 4.0))
+    for name, power in (("m", 1), ("d", 1), ("e", 2), ("k", -3), ("g0", 0), ("g1", 1), ("load", 1)):
+        np.testing.assert_allclose(getattr(long, name), getattr(one, name) * 4.0**power, rtol=1e-13, atol=1e-14, err_msg=name)
+    assert (long.mass, long.first, long.second) == pytest.approx((4.0, 8.0, 64.0 / 3.0), rel=1e-15)
+
+
+def test_fractions_with_any_length() -> None:
+    third = integrals(deformation("stretch", 1, "polynomial"), length=0.3)
+    assert third.m[0, 0] == float(Fraction(0.3) / 3)
+    assert third.k[0, 0] == float(1 / Fraction(0.3))
