@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.errors import Problem, UsageError
 from eomgen.runtime.arguments import check_name, components
 from eomgen.runtime.configuration import rotated
 from eomgen.runtime.terms import Parameters, Terms
@@ -26,6 +27,7 @@ class Bodies:
     """The part of a model that is about its bodies. World axes are inertial; ``base`` is the prescribed motion by default."""
 
     bodies: tuple[str, ...]
+    beams: frozenset[str]
     _terms: Terms
 
     def pose(
@@ -49,7 +51,7 @@ class Bodies:
 
         The velocity needs ``v``; the acceleration needs ``v``, ``a``, and a model built with the term ``accelerations``.
         """
-        r = components("r", r, 3)
+        r = self._fixed_in(body, r)
         given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
         pose = self._of(body, "poses", **given)
         turn = pose[..., :4]
@@ -83,10 +85,18 @@ class Bodies:
         it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q. The model must have been built with the terms
         ``poses`` and ``jacobians``.
         """
-        r = components("r", r, 3)[..., np.newaxis, :]
+        r = self._fixed_in(body, r)[..., np.newaxis, :]
         turn = self._of(body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
         columns = np.swapaxes(self.body_jacobian(body, q, parameters=parameters), -1, -2)
         return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
+
+    def _fixed_in(self, body: str, r: ArrayLike) -> Array:
+        """Return coordinates in a body's frame, once it is clear that they belong to a point that the frame carries."""
+        place = components("r", r, 3)
+        if body in self.beams and np.any(place != 0.0):
+            what = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
+            raise UsageError(Problem(f"point of {body}", what, "an entry of [points] with an output of it; r = 0 for the frame"))
+        return place
 
     def _of(self, body: str, term: str, **given: Any) -> Array:
         check_name("body", body, self.bodies)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from eomgen.scene.scene import Joint
+from eomgen.scene.beam import Beam
+from eomgen.scene.scene import Body, Joint
 
 _QUATERNION = ("1",) * 4
 _POSE = ((*_QUATERNION, "m", "m", "m"), (*("rad/s",) * 3, *("m/s",) * 3))
@@ -26,7 +27,7 @@ _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class Factor:
-    """One factor of the configuration group as the layout of a library holds it; ``name`` is its joint's."""
+    """One factor of the configuration group as the layout of a library holds it; ``name`` is its joint's or beam's."""
 
     group: str
     name: str
@@ -58,15 +59,26 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
     return q, v
 
 
-def coordinate_units(factors: Sequence[Factor], joints: Iterable[Joint]) -> tuple[list[str], list[str]]:
+def coordinate_units(
+    factors: Sequence[Factor], joints: Iterable[Joint], bodies: Iterable[Body] = ()
+) -> tuple[list[str], list[str]]:
     """Return the SI units of all components of q and of v."""
     types = {joint.name: joint.type for joint in joints}
+    elastic = {body.name: _of_beam(body.beam) for body in bodies if body.beam is not None}
     q_units: list[str] = []
     v_units: list[str] = []
     for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
         place = "absolute" if factor.name.endswith(".position") else ""
         kind = types.get(factor.name, place) if factor.group == "R" else factor.group
-        q, v = _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
+        q, v = elastic.get(factor.name) or _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q
         v_units += v
     return q_units, v_units
+
+
+def _of_beam(beam: Beam) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the units of elastic coordinates; nodal ones are deflections and slopes in turn, so those have none of their own."""
+    units: list[str] = []
+    for item in beam.deformations:
+        units += ["" if item.nodal else "rad" if item.kind == "torsion" else "m"] * item.modes
+    return tuple(units), tuple(f"{unit}/s" if unit else "" for unit in units)

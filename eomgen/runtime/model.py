@@ -77,10 +77,11 @@ class Model(Bodies, InternalStates, Rates, Runs):
         self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
-        self.q_units, self.v_units = coordinate_units(self.factors, scene.joints)
+        self.q_units, self.v_units = coordinate_units(self.factors, scene.joints, scene.bodies)
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self.beams = frozenset(body.name for body in scene.bodies if body.beam is not None)
         self.initial_q = np.array(layout["initial_q"], dtype=float)
         self.initial_v = np.array(layout["initial_v"], dtype=float)
         self.initial_z = np.array(layout["initial_z"], dtype=float)
