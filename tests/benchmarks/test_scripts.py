@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import generation_time, measure, robot_dynamics, spin_up_beam, stepping
+from benchmarks import generation_time, measure, robot_dynamics, spin_up_beam, stepping, time_derivatives
 
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -18,6 +18,12 @@ def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pyte
     assert [line.partition(",")[0] for line in lines] == [
         f"{function} {flags}: right" for function in ("inverse_dynamics", "forward_dynamics") for flags in ("O3", "fast")
     ]
+
+
+def test_time_derivatives_meet_the_closed_form(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert time_derivatives.main(["--quick", "--work", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 12 and all(float(line.rpartition(" ")[2]) <= 1e-13 for line in lines)
 
 
 def test_a_wrong_result_is_not_timed() -> None:
