@@ -154,7 +154,7 @@ def build(
 
     def stepper(other: str) -> Library:
         """Return a library with another method's stepper; of long trees without their dense partials."""
-        needed = terms_of(other, constrained, bool(scene.states))
+        needed = terms_of(other, constrained, bool(scene.states), "mass" in there)
         return _library(scene, [("iteration" if long and term == "partials" else term) for term in needed], other, profile, real)
 
     def built(others: Sequence[str]) -> Model:

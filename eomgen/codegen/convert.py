@@ -13,7 +13,9 @@ from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCur
 from eomgen.codegen.recurrence_functions import series_functions
 from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.errors import ModelError
+from eomgen.integrators.jumps import jump_data
 from eomgen.integrators.specification import SERIES_FAMILIES
+from eomgen.integrators.taylor import MAX_ORDER, TAYLOR
 from eomgen.symbolic.operations import CurveLike
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
@@ -58,8 +60,10 @@ def to_program(
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("family") in SERIES_FAMILIES:
-        series, sizes = series_functions(system, curve_numbers)
+        series, sizes, corners = series_functions(system, curve_numbers)
         data |= sizes
+        if data["family"] == TAYLOR and corners:
+            data["jumps"] = jump_data((*system.discontinuities, *corners), MAX_ORDER)
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
         prefix=check_prefix(system.name),

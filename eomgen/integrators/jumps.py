@@ -36,7 +36,7 @@ def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dic
         return {}
     return {
         "once": sorted({item.time for item in those if item.period == 0.0}),
-        "periodic": [[item.time, item.period] for item in those if item.period > 0.0],
+        "periodic": [list(pair) for pair in dict.fromkeys((item.time, item.period) for item in those if item.period > 0.0)],
         "margin": MARGIN,
         "blur": max(MARGIN * item.blur for item in those),
     }

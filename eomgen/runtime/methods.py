@@ -113,16 +113,20 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     return said or {key: value for key in takes if (value := scene.get(key)) is not None}
 
 
-def terms_of(name: str, constrained: bool = False, internal: bool = False) -> tuple[str, ...]:
-    """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states."""
+def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:
+    """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states.
+
+    ``mass``: whether the inertia matrix is at hand; long trees leave it out, and series take forward dynamics then.
+    """
     if internal:
         implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned", "taylor", "hermite") else ("equations", "iteration")
-        mechanical = [term for term in terms_of(name, constrained) if not (implicit and term in ("residual", "partials"))]
+        left_out = ("residual", "partials") if implicit else ()
+        mechanical = [term for term in terms_of(name, constrained, False, mass) if term not in left_out]
         return tuple(dict.fromkeys([*mechanical, "internal_rate", *implicit]))
     if canonical_name(name) == "rk4":
         return ("forward_dynamics",)
     if canonical_name(name) in ("taylor", "hermite"):
-        return ("mass", "residual")
+        return ("mass", "residual") if mass else ("forward_dynamics",)
     if canonical_name(name) == "rk4_partitioned":
         if not constrained:  # it is refused, for a better reason than missing terms
             return ("residual",)

@@ -17,7 +17,7 @@ def stepper_library(model: Model, name: str) -> Library:
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
         return model.library
-    needed = terms_of(name, layout["facts"]["constraints"], layout["facts"]["internal_states"])
+    needed = terms_of(name, layout["facts"]["constraints"], layout["facts"]["internal_states"], "mass" in model.functions)
     missing = [term for term in needed if term not in model.functions]
     if "iteration" in model.functions and "partials" in missing:
         missing.remove("partials")

@@ -191,6 +191,7 @@ CORNERS = {
     "jump": ("3 if t > late else 0", {}),
     "bend": ("3 * max(0, t - late)", {}),
     "curve": ("told(t)", {"points": [[0, 0], [0.2, 1], [LATE, -2], [0.8, 1], [2, 0]]}),
+    "slower curve": ("told(0.5 * t + 0.1)", {"points": [[0.1, 0], [0.2, 1], [0.5 * LATE + 0.1, -2], [0.5, 1], [2, 0]]}),
 }
 
 
@@ -205,11 +206,17 @@ def test_steps_end_at_known_corners(said: str) -> None:
         return np.array([y[1], made.input_values(np.array([t]))[0, 0] - 25.0 * y[0]])
 
     y = np.array([0.1, 0.0])
-    breaks = [0.0, *sorted({LATE, *(point[0] for point in curve.get("points", []) if 0 < point[0] < 1.2)}), 1.2]
+    places = [point[0] for point in curve.get("points", [])]
+    times = [2 * place - 0.2 if said == "slower curve" else place for place in places]
+    breaks = [0.0, *sorted({LATE, *(time for time in times if 1e-9 < time < 1.2 and abs(time - LATE) > 1e-9)}), 1.2]
     for start, end in pairwise(breaks):
         inside = (start + 1e-13, end - 1e-13)
         y = solve_ivp(rate, inside, y, method="DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
     assert np.abs(np.array([solution.q[-1, 0], solution.v[-1, 0]]) - y).max() < 1e-11
+    assert solution.stats["rejections"] == 0
+    fine = made.simulate(1.2, 0.02, method="taylor", tolerance=1e-13)
+    assert np.abs(fine.q[::20] - solution.q).max() < 1e-11
+    assert fine.stats["rejections"] == 0
 
 
 REFUSED = {
