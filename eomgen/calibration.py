@@ -63,8 +63,7 @@ def gains(
     """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
     opened = _opened(scene)
     model = build(opened.scene, _terms(scene))
-    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}
-    values |= dict.fromkeys(opened.calibrated, 0.0)
+    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}  # these are zero by default
     notes = []
     for item in scene.feedback:
         if item.calibration is None:
@@ -115,15 +114,13 @@ def _opened(scene: Scene) -> _Opened:
     for output in outputs:
         rows[output.name] = slice(start, start + len(output.values))
         start += len(output.values)
-    names = [name for item in fed_back for row in item.gains for name in row]
-    names += [name for item in fed_back for name in item.references if name]
     inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
     legal = tuple(replace(output, name=f"output_{place}") for place, output in enumerate(outputs))
     opened = replace(
         scene, controllers=controllers, inputs=inputs, outputs=legal, feedback=(), terms=(), notes=(),
         content=scene.content + b"\0opened" if scene.content else b"",
     )  # fmt: skip
-    return _Opened(opened, tuple(names), rows)
+    return _Opened(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
 
 
 def _input_of(output: str) -> str:
@@ -264,7 +261,7 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
 
 def _decay(eigenvalues: NDArray[np.complex128]) -> str:
     slowest = eigenvalues[int(np.argmax(eigenvalues.real))]
-    return f"the closed loop's slowest motion decays at {-slowest.real:.4g} 1/s"
+    return f"the slowest motion of the closed loop decays at {-slowest.real:.4g} 1/s"
 
 
 def _rounded(value: float) -> float:

@@ -39,6 +39,7 @@ def info(
         scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
     )
     data = described(derive(described_scene, terms))
+    data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
         print_json(data)
@@ -134,7 +135,8 @@ def _print(data: dict[str, Any]) -> None:
     if data["parameters"]:
         out.print()
         units = data["parameter_units"]
-        values = [(name, f"{value:.9g}", units[name]) for name, value in data["parameters"].items()]
+        later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
+        values = [(name, later.get(name, f"{value:.9g}"), units[name]) for name, value in data["parameters"].items()]
         print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
     if data["states"]:
         out.print()

@@ -48,3 +48,9 @@ class StateFeedback:
     gains: tuple[tuple[str, ...], ...]
     references: tuple[str, ...]
     calibration: Calibration | None = None
+
+    @property
+    def calibrated(self) -> tuple[str, ...]:
+        """Names of the parameters that the calibration fills; none without one."""
+        gains = (name for row in self.gains for name in row)
+        return () if self.calibration is None else (*gains, *filter(None, self.references))

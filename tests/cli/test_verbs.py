@@ -148,3 +148,23 @@ def test_a_reader_that_goes_away_is_no_error(scene_file: Path) -> None:
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 0
+
+
+def test_info_says_which_parameters_are_calibrated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is compiled for that, so their values are not known."""
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        'format = 1\nname = "cart"\n[parameters]\nmass = { value = 2, tunable = true }\n[bodies]\ncart = { mass = "mass" }\n'
+        '[joints]\nrail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }\n'
+        '[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["rail"]\n'
+        'calibration = { method = "lqr", position_weights = { rail = 1 }, effort_weights = 1 }\n'
+        '[efforts]\nhold = { joint = "rail", effort = "hold" }\n'
+    )
+    assert main(["info", str(path), "--terms", "force"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"hold_velocity_gain_rail +calibrated", printed) and re.search(r"mass +2\b", printed)
+    assert main(["info", str(path), "--terms", "force", "--json"]) == 0
+    names = ["hold_position_gain_rail", "hold_velocity_gain_rail", "hold_position_reference_rail"]
+    assert json.loads(capsys.readouterr().out)["calibrated"] == names

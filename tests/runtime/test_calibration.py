@@ -97,8 +97,8 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
 def test_gains_hold_a_pole_upright(cart: eomgen.Model) -> None:
     for name, value in gains_of(0.6).items():
         assert cart.parameters[name] == pytest.approx(value, rel=1e-9), name
-    assert cart.notes == ("controllers.hold: gains by lqr about the equilibrium; the closed loop's slowest motion decays at "
-                          f"{-max(upright_poles().real):.4g} 1/s",)  # fmt: skip
+    assert cart.notes == ("controllers.hold: gains by lqr about the equilibrium; the slowest motion of the closed loop "
+                          f"decays at {-max(upright_poles().real):.4g} 1/s",)  # fmt: skip
     run = cart.simulate(12.0, 2e-3, initial={"q": [0.2, 0.5]})
     assert run.success and np.abs(run.q[-1]).max() < 1e-4
     fallen = cart.simulate(2.0, 2e-3, parameters=dict.fromkeys(gains_of(0.6), 0.0))
@@ -232,7 +232,7 @@ def test_modal_control_of_a_scene() -> None:
     g, h = optimal_modal_gains(np.sqrt(squares), np.diag(shapes.T @ np.diag([0.3, 0.2]) @ shapes), [1e-3, 1e-2])
     np.testing.assert_allclose(shapes.T @ G_p @ shapes, np.diag(g), rtol=0.0, atol=1e-8 * g.max())
     np.testing.assert_allclose(shapes.T @ G_v @ shapes, np.diag(h), rtol=0.0, atol=1e-8 * h.max())
-    assert "gains by imsc about the equilibrium; modes 1, 2, spillover 0; the closed loop" in model.notes[0]
+    assert "gains by imsc about the equilibrium; modes 1, 2, spillover 0; the slowest motion of the closed loop" in model.notes[0]
 
 
 def test_placed_modes_and_placed_poles_of_a_scene() -> None:
