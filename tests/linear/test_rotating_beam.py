@@ -1,0 +1,51 @@
+"""Frequencies of a cantilever on a base that turns steadily, against the published table (Wright 1982; Yoo and Shin 1998)."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import eomgen
+
+#: Rate, offset of the clamp over the length, flapwise and lagwise frequencies, all by sqrt(rho A L^4 / E I).
+TABLE = [
+    (0, 0, (3.51602, 22.03449), (3.51602, 22.03449)),
+    (2, 0, (4.13732, 22.61492), (3.62180, 22.52631)),
+    (6, 0, (7.36037, 26.80908), (4.26323, 26.12904)),
+    (12, 0, (13.17015, 37.60311), (5.42705, 35.63698)),
+    (2, 1, (4.83369, 23.36604), (4.40052, 23.28029)),
+    (6, 1, (10.44387, 32.02724), (8.54835, 31.46020)),
+    (12, 1, (19.72154, 51.07013), (15.65053, 49.64029)),
+]
+
+
+@cache
+def blade(offset: int) -> eomgen.Model:
+    """Return a blade of unit length, mass and stiffness that bends both ways, clamped at a distance from the axis."""
+    bending = {"modes": 11, "shapes": "polynomial", "stiffness": 1.0}
+    builder = eomgen.SceneBuilder("blade", gravity=[0, 0, 0]).parameter("rate", 0.0, tunable=True)
+    builder.base(rotation=[([0, 0, 1], "rate * t")])
+    builder.beam("blade", 1.0, mass_per_length=1.0, bending_y=bending, bending_z=bending)
+    builder.joint("clamp", "fixed", "base", "blade", position=[offset, 0, 0])
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("rate, offset, flap, lag", TABLE)
+def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tuple[float, float]) -> None:
+    lin = blade(offset).linearize(parameters={"rate": float(rate)}, t=0.7)
+    assert lin.reference.what == ("steady motion" if rate else "equilibrium")
+    np.testing.assert_allclose(lin.reference.q, 0.0, atol=1e-12)
+    frequencies = lin.modes().angular_frequency
+    for wanted in (*flap, *lag):
+        assert np.min(np.abs(frequencies - wanted)) <= 7e-6  # five decimals are printed
+
+
+def test_without_stiffening_the_lag_is_unstable_beyond_its_frequency() -> None:
+    builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).base(rotation=[([0, 0, 1], "4 * t")])
+    builder.beam("blade", 1.0, mass_per_length=1.0, bending_y={"modes": 2, "stiffness": 1.0}, stiffening=False)
+    model = eomgen.build(builder.joint("clamp", "fixed", "base", "blade").build(), profile="quick")
+    lin = model.linearize()
+    np.testing.assert_allclose(lin.undamped_frequencies[0], -np.sqrt(4.0**2 - 3.516015**2), rtol=1e-5)
+    assert lin.modes().stability == "unstable"
