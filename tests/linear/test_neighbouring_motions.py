@@ -161,3 +161,59 @@ def test_second_order_is_first_order_in_other_variables(name: str, rng: np.rando
     expected = (P @ A + P_rate) @ np.linalg.inv(P)
     found = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(lin.M0, np.concatenate([lin.K0, lin.C0], axis=1))]])
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.max(np.abs(expected)))
+
+
+def driven_arm() -> eomgen.Scene:
+    """Return two links whose first is turned by a driver, with an input at the elbow; outputs of power and of acceleration."""
+    builder = eomgen.SceneBuilder("arm").input("push").input("gust", "0.2 * cos(t)")
+    for name, parent, place in (("upper", "base", [0, 0, 0]), ("lower", "upper", [0, 0, -0.5])):
+        builder.body(name, 1.5, center_of_mass=[0.02, 0, -0.3], inertia=[0.03, 0.03, 0.01])
+        builder.joint(f"to_{name}", "revolute", parent, name, axis=[0, 1, 0], position=place)
+    builder.effort("push", "to_lower", "push * cos(q.to_lower) + gust")
+    builder.point("tip", "lower", [0, 0, -0.5])
+    frame = {"axis": [0, 1, 0], "x_axis": [1, 0, 0]}
+    first, second = {"body": "base", **frame}, {"body": "upper", **frame}
+    builder.constraint("drive", "revolute", first, second, drive="0.4 * sin(2 * t) + 0.3 * t")
+    builder.output("power", formula="energy.base_power + 0.3 * energy.kinetic")
+    return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
+
+
+@pytest.mark.parametrize("name", ["drone", "drone on a cord", "driven arm"])
+def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
+    """Accelerations and multipliers in outputs are those of the dynamics, in each state and for each input."""
+    described = driven_arm() if name == "driven arm" else SCENES[name]()
+    model = eomgen.build(described, profile="quick")
+    start = start_of(model, rng)
+    lin = at(model, start, 0.0, ())
+    space = lin.state_space()
+
+    def outputs(state: Array, u: Array) -> Array:
+        q, v, z = np.split(state, [model.nq, model.nq + model.nv])
+        values = model.outputs(with_unit_quaternions(model.factors, q), v, z=z, u=u)
+        return np.concatenate([np.atleast_1d(values[name]) for name in values])
+
+    size, h = len(space.A), 1e-5
+    u = lin.reference.u
+    by_state = [
+        (outputs(neighbour(model, lin, start, h * d), u) - outputs(neighbour(model, lin, start, -h * d), u)) / (2.0 * h)
+        for d in np.eye(size)
+    ]
+    np.testing.assert_allclose(space.C, np.transpose(by_state), rtol=0, atol=3e-7 * np.max(np.abs(by_state)))
+    by_input = np.transpose([(outputs(start, u + h * d) - outputs(start, u - h * d)) / (2.0 * h) for d in np.eye(model.nu)])
+    driven = [model.inputs.index(name) for name in space.inputs]
+    given = [model.inputs.index(name) for name in space.disturbances if name in model.inputs]
+    np.testing.assert_allclose(space.D, by_input[:, driven], rtol=0, atol=1e-7 * np.max(np.abs(by_input)))
+    np.testing.assert_allclose(space.F[:, : len(given)], by_input[:, given], rtol=0, atol=1e-7 * np.max(np.abs(by_input)))
+    assert np.max(np.abs(by_input)) > 0.1
+    if name == "driven arm":
+        assert np.max(np.abs(lin.partials.Ylam)) > 0.1
+
+
+def test_given_accelerations_have_their_multipliers() -> None:
+    model = eomgen.build(slider_crank(), profile="quick")
+    q, v = model.initial_q, model.initial_v
+    free = model.linearize(q, v)
+    same = model.linearize(q, v, free.reference.a)
+    np.testing.assert_allclose(same.reference.multipliers, free.reference.multipliers, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(same.K0, free.K0, rtol=0, atol=1e-12 * np.max(np.abs(free.K0)))
+    assert np.max(np.abs(free.reference.multipliers)) > 1.0
