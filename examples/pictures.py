@@ -96,6 +96,36 @@ def off_the_rigid_mechanism(model: eomgen.Model, factor: float) -> tuple[float, 
     return float(np.abs(rod - rigid).max()), float(np.abs(run.outputs["slider"] - slider).max())
 
 
+def elastic_vehicle() -> None:
+    model = eomgen.build(FOLDER / "elastic_vehicle" / "scene.toml")
+    without = dict.fromkeys(model.calibrate(), 0.0)
+    runs = (
+        ("passive", without, BLUE, "-"),
+        ("skyhook", without | {"skyhook": 2000.0}, GREEN, "--"),
+        ("LQR", {}, VERMILION, "-"),
+    )
+    figure, (history, bending, response) = plt.subplots(1, 3, figsize=(11, 3.6), layout="constrained")
+    frequency = np.geomspace(0.2, 60.0, 1500)
+    for name, parameters, colour, style in runs:
+        run = model.simulate(6.0, parameters=parameters)
+        shown = run.t > 3.0
+        history.plot(run.t[shown], run.outputs["acceleration"][shown], style, color=colour, linewidth=0.8, label=name)
+        bending.plot(run.t[shown], 1e3 * run.outputs["bending"][shown], style, color=colour, linewidth=0.8, label=name)
+        linear = model.linearize(t=100.0, at="initial", parameters=parameters)
+        omega = 2 * np.pi * frequency
+        front, rear = (linear.frequency_response(omega, road, "acceleration") for road in ("road_front", "road_rear"))
+        whole = front + rear * np.exp(-1j * omega * 2.814 / 20.0)
+        response.loglog(frequency, np.abs(whole) / omega, style, color=colour, linewidth=0.9, label=name)
+    history.set(xlabel="time, s", ylabel="acceleration of the middle, m/s²", xlim=(3, 6), ylim=(-9, 11.5))
+    bending.set(xlabel="time, s", ylabel="bending, first mode, mm", xlim=(3, 6), ylim=(-1.0, 1.2))
+    response.set(xlabel="frequency, Hz", ylabel="acceleration per road velocity, 1/s", xlim=(0.2, 60))
+    response.set_xticks([0.2, 1, 5, 20, 60], ["0.2", "1", "5", "20", "60"])
+    for axes in (history, bending):
+        axes.legend(frameon=False, loc="upper center", ncols=3, fontsize=8)
+    response.legend(frameon=False, loc="lower center", fontsize=8)
+    save(figure, "elastic_vehicle")
+
+
 def pi_servo() -> None:
     model = eomgen.build(FOLDER / "pi_servo" / "scene.toml")
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(7, 4.6), layout="constrained", sharex=True)
@@ -345,6 +375,7 @@ def main() -> int:
         slider_crank_planar,
         slider_crank_spatial,
         elastic_slider_crank,
+        elastic_vehicle,
         four_bar,
         hanging_chain,
         free_spinning_body,

@@ -1,0 +1,96 @@
+"""The elastic half car: frequencies and matrices from first principles, runs against harmonic responses, covariances two ways."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import eomgen
+from tests.oracles.elastic_half_car import half_car
+from tests.oracles.test_elastic_half_car import FREQUENCIES
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+FOLDER = Path(__file__).parents[2] / "examples" / "elastic_vehicle"
+SUSPENSIONS = ("passive", "skyhook", "LQR")
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    return eomgen.build(FOLDER / "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def script() -> dict[str, Any]:
+    return runpy.run_path(str(FOLDER / "compare.py"))
+
+
+def test_passive_car_has_the_published_frequencies_and_the_matrices_of_first_principles(
+    model: eomgen.Model, script: dict[str, Any]
+) -> None:
+    linear = model.linearize(parameters=script["suspensions"](model)["passive"])
+    np.testing.assert_allclose(linear.undamped_frequencies / (2 * np.pi), FREQUENCIES[2], rtol=1e-9)
+    car = half_car(2)
+    nose_down = np.diag([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])  # turning about y lowers the front
+    for ours, theirs in ((linear.M0, car.mass), (linear.C0, car.damping), (linear.K0, car.stiffness)):
+        np.testing.assert_allclose(ours, nose_down @ theirs @ nose_down, atol=1e-11 * np.abs(theirs).max())
+    assert np.abs(linear.modes().eigenvalues - (-1.3026745981 + 86.1256718623j)).min() < 1e-8
+
+
+def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> None:
+    text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
+    text = text.replace("modes = 2", "modes = 3").replace("ride_front + ", "").replace("ride_rear + ", "")
+    path = tmp_path / "scene.toml"  # without the regulator, whose signals tell of two modes only
+    path.write_text(text[: text.index("[controllers.ride]")] + text[text.index("[efforts]") :], encoding="utf-8")
+    frequencies = eomgen.build(path).linearize().undamped_frequencies / (2 * np.pi)
+    np.testing.assert_allclose(frequencies, FREQUENCIES[3], rtol=1e-9)
+
+
+@pytest.mark.parametrize("suspension", SUSPENSIONS)
+def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
+    """The compiled scene is not linear, but its turns of half a degree hardly show."""
+    parameters = script["suspensions"](model)[suspension]
+    run = model.simulate(16.0, 1e-3, method="rk4", parameters=parameters)
+    late = run.t > 12.0
+    linear = model.linearize(t=100.0, at="initial", parameters=parameters)
+    for name, close in (("acceleration", 2e-3), ("bending", 2e-3)):
+        wanted = np.zeros(int(late.sum()))
+        for road, signal in zip(("road_front", "road_rear"), model.scene.inputs, strict=True):
+            amplitude, frequency, phase = np.array(signal.harmonics).T
+            response = linear.frequency_response(frequency, road, name)
+            waves = np.exp(1j * (np.outer(run.t[late], frequency) + phase))
+            wanted += np.real(waves @ (amplitude * response))
+        assert np.abs(run.outputs[name][late] - wanted).max() < close * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("suspension", SUSPENSIONS)
+def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
+    """Of |H_front + H_rear e^(-i w delay)|^2 over all frequencies, the road's velocity being white."""
+    parameters = script["suspensions"](model)[suspension]
+    linear = model.linearize(t=100.0, at="initial", parameters=parameters).state_space()
+    names = [name if part is None else f"{name}[{part}]" for name, part, _, _ in script["ROWS"]]
+    rows = [linear.outputs.index(name) for name in names]
+    omega = np.geomspace(1e-3, 1e6, 20001)
+    state = np.linalg.solve(1j * omega[:, np.newaxis, np.newaxis] * np.eye(12) - linear.A, linear.E)
+    front, rear = np.moveaxis((linear.C @ state + linear.F)[:, rows], -1, 0)
+    delay, roughness = 2.814 / 20.0, 256e-6
+    density = 4 * np.pi**2 * 0.01 * roughness * 20.0  # of the road's velocity, one-sided, per Hz
+    response = (front + rear * np.exp(-1j * omega * delay)[:, np.newaxis]) / omega[:, np.newaxis]
+    variances = simpson(np.abs(response) ** 2 * density / (2 * np.pi) * omega[:, np.newaxis], x=np.log(omega), axis=0)
+    scales = np.array([factor for *_, factor in script["ROWS"]])
+    np.testing.assert_allclose(scales * np.sqrt(variances), script["expected"](model, parameters), rtol=1e-4)
+
+
+def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
+    """100 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
+    found = {name: script["simulated"](model, p, 100.0) for name, p in script["suspensions"](model).items()}
+    for name, values in found.items():
+        np.testing.assert_allclose(values, script["expected"](model, script["suspensions"](model)[name]), rtol=0.08)
+    for row in range(3):  # accelerations and bending
+        assert found["LQR"][row] < found["skyhook"][row] < found["passive"][row]
