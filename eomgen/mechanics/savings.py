@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.beam import KINDS, Beam, Deformation
+from eomgen.scene.formula_nodes import Number, Symbol
 from eomgen.scene.scene import Base, Body, Parameter, Rotation, Scene
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")
+#: Scenes with more elastic coordinates than this, were their beams to deform in every way, are not derived only to be compared.
+MOST_ELASTIC = 40
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,20 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
     if any(not parameter.tunable for parameter in scene.parameters):
         tunable = tuple(replace(parameter, tunable=True) for parameter in scene.parameters)
         variants.append(("fixed parameters folded", replace(scene, parameters=tunable)))
+    bodies = tuple(body if body.beam is None else replace(body, beam=_deforming_every_way(body.beam)) for body in scene.bodies)
+    elastic = sum(body.beam.size for body in bodies if body.beam is not None)
+    if bodies != scene.bodies and elastic <= MOST_ELASTIC:
+        variants.append(("beams deform only as the scene asks", replace(scene, bodies=bodies)))
     return variants
+
+
+def _deforming_every_way(beam: Beam) -> Beam:
+    """Return the full spatial beam: as many modes of what it lacks as of what it has first."""
+    given = {item.kind: item for item in beam.deformations}
+    modes = beam.deformations[0].modes
+    every = tuple(given.get(kind, Deformation(kind, "clamped_free", modes, Number(1.0))) for kind in KINDS)
+    polar = Number(1.0) if beam.polar_inertia == Number(0.0) else beam.polar_inertia
+    return replace(beam, deformations=every, polar_inertia=polar)
 
 
 def _with_tunable_inertia(scene: Scene) -> Scene:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from eomgen.mechanics.tree import Tree
+from eomgen.scene.beam import KINDS, Beam
 from eomgen.scene.scene import Scene
 from eomgen.system import Facts, Function
 
@@ -25,7 +26,12 @@ def kept_and_dropped(
     followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
-    fixed = [joint.name for joint in joints if joint.type == "fixed"]
+    beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
+    for name, beam in beams.items():
+        kept.append(f"beam {name}: {_deformed(beam)}")
+        lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
+        note(not lacking, f"{', '.join(lacking)} of beam {name}", "the scene asks for none")
+    fixed = [joint.name for joint in joints if joint.type == "fixed" and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
     note(facts.moving_base, "base_motion, base struct", "the base is at rest")
@@ -40,3 +46,10 @@ def kept_and_dropped(
     for term, why in (("outputs", "the scene names none"), ("partials", "not asked for"), ("energy", "not asked for")):
         note(term in functions, term, why)
     return tuple(kept), tuple(dropped)
+
+
+def _deformed(beam: Beam) -> str:
+    ways = ", ".join(f"{item.modes} of {item.kind}" for item in beam.deformations)
+    order = "to second order" if beam.order == 1 else "whole"
+    shortening = "with" if beam.stiffening else "without"
+    return f"elastic coordinates {ways}; kinetic energy {order} in them, {shortening} the shortening of the bent axis"

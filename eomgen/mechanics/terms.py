@@ -95,7 +95,7 @@ def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
         if link.elastic is not None:
-            with tree.algebra.tape.block(f"elastic coordinates of {link.name}"):
+            with tree.algebra.tape.block(f"elastic coordinates of {link.name}, order {link.elastic.beam.order}"):
                 motion, body = link.elastic.relative_motion(**field.relative), link.elastic
                 rows[index] = [body.row(k, field.origin, field.gradient, field.spin, motion) for k in range(body.size)]
     return rows

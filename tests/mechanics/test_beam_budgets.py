@@ -1,0 +1,84 @@
+"""Only what the scene needs: exact operation counts of beams, beside those of the beam that deforms in every way."""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.mechanics.savings import savings
+from eomgen.scene.assemble import from_data
+from eomgen.system import System
+
+SCENE = Path(__file__).resolve().parents[2] / "examples" / "spin_up_beam" / "scene.toml"
+TERMS = ("mass", "coupling", "base_motion", "inverse_dynamics", "forward_dynamics", "partials")
+ALL_WAYS: dict[str, Any] = {
+    "bending_z": {"modes": 2, "stiffness": 1.4e4},
+    "stretch": {"modes": 2, "stiffness": 2.8e7},
+    "torsion": {"modes": 2, "stiffness": 1e4},
+}
+PENDULUM: dict[str, Any] = {"type": "revolute", "axis": [0, 0, 1]}
+TIP: dict[str, Any] = {"type": "fixed", "parent": "blade", "child": "tip", "position": ["length", 0, 0]}
+
+
+def data(name: str) -> dict[str, Any]:
+    """Return the spin-up beam with two modes: in its plane or deforming in every way, on a hinge, with a mass at its tip."""
+    found = tomllib.loads(SCENE.read_text())
+    found["beams"]["blade"]["bending_y"] = {"modes": 2, "stiffness": "bending_stiffness"}
+    found["outputs"] = {}
+    if "spatial" in name:
+        found["beams"]["blade"] |= {**ALL_WAYS, "polar_inertia": 6e-4}
+    if "hinged" in name:
+        del found["base"]
+        found["gravity"] = [0, 0, 0]
+        found["joints"]["clamp"] = {**found["joints"]["clamp"], **PENDULUM}
+    if "tip" in name:
+        found["bodies"] = {"tip": {"mass": 0.5}}
+        found["joints"]["tip"] = TIP
+    return found
+
+
+@cache
+def system_of(name: str) -> System:
+    return derive(from_data(data(name)), TERMS)
+
+
+#: Additions and multiplications of each term.
+COUNTS: dict[str, tuple[int, ...]] = {
+    "planar": (0, 0, 47, 65, 63, 28),
+    "spatial": (0, 0, 192, 241, 233, 73),
+    "planar, hinged": (16, 24, 0, 51, 49, 74),
+    "spatial, hinged": (54, 74, 0, 165, 161, 219),
+    "planar, tip": (34, 38, 114, 153, 165, 341),
+    "planar, hinged, tip": (87, 107, 0, 146, 186, 520),
+}
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_number_of_operations(name: str) -> None:
+    counts = system_of(name).counts
+    assert tuple(counts[term].flops if term in counts else 0 for term in TERMS) == COUNTS[name]
+
+
+def test_a_planar_beam_knows_its_plane_only() -> None:
+    """Two coordinates and no more: no symbol of the other plane, of stretch or of torsion, no sine, no division."""
+    system = system_of("planar")
+    assert (system.nq, system.nv) == (2, 2)
+    assert [factor.name for factor in system.factors] == ["blade"]
+    for name in ("inverse_dynamics", "forward_dynamics", "partials"):
+        assert system.counts[name].functions == system.counts[name].divisions == 0
+    assert "bending_z, stretch, torsion of beam blade: the scene asks for none" in system.dropped
+    said = "beam blade: elastic coordinates 2 of bending_y; kinetic energy to second order in them, with the shortening of the"
+    assert any(line.startswith(said) for line in system.kept)
+
+
+def test_info_tells_what_the_full_spatial_beam_would_cost() -> None:
+    found = {item.term: item for item in savings(from_data(data("planar"))) if item.what.startswith("beams deform")}
+    for term in ("inverse_dynamics", "forward_dynamics"):
+        assert found[term].operations == system_of("planar").counts[term].flops
+        assert found[term].without == pytest.approx(system_of("spatial").counts[term].flops, abs=60)
+        assert found[term].without > 3 * found[term].operations
