@@ -10,7 +10,7 @@ import numpy as np
 from eomgen import pipeline
 from eomgen.errors import Problem, UsageError
 from eomgen.mechanics.derive import ON_REQUEST, QUADRATIC, TERMS
-from eomgen.mechanics.rate_terms import RATE_TERMS
+from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS
 from eomgen.studies.engines import Engine, compiled, on_tape
 from eomgen.studies.forms import Form, Space
 from eomgen.studies.forms_motion import motion_forms
@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 
 #: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check alone.
 LARGE = 128
+#: What the check does not build: second derivations of rates, whose matrices are large, and derivatives of forward dynamics.
+NOT_BUILT = OF_RIGID_TREES | {"forward_rates"}
 #: Rates of other orders are made as those of the second are.
-_CHECKED = [name for name in TERMS if name not in RATE_TERMS or not name[-1].isdigit()]
+_CHECKED = [name for name in TERMS if name not in NOT_BUILT and (name not in RATE_TERMS or not name[-1].isdigit())]
 
 
 def check(
