@@ -143,7 +143,7 @@ def reference(case: Case, model: Model) -> Array:
 def fastest(contestants: Sequence[Contestant], target: float) -> Contestant | None:
     """Return the one that reaches an error first, None where none does."""
     there = [one for one in contestants if one.error <= target]
-    return min(there, key=lambda one: min(_seconds(one.run, 0.0) for _ in range(7)), default=None)
+    return min(there, key=lambda one: min(_seconds(one.run, 0.003) for _ in range(5)), default=None)
 
 
 def _seconds(run: Callable[[], None], at_least: float) -> float:

@@ -219,6 +219,23 @@ def test_steps_end_at_known_corners(said: str) -> None:
     assert fine.stats["rejections"] == 0
 
 
+@pytest.mark.parametrize(
+    ("formula", "curve"),
+    [
+        ("told(t)", {"outside": "periodic"}),
+        ("told(t - 0.1)", {"outside": "hold"}),
+        ("told(2 * t)", {"outside": "periodic", "interpolation": "linear"}),
+    ],
+)
+def test_curves_that_repeat_or_hold(formula: str, curve: dict[str, Any]) -> None:
+    made = eomgen.build(pushed(formula, points=[[0, 0], [0.2, 1], [0.5, -2], [0.7, 0]], **curve), method="taylor")
+    ours = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-13)
+    other = made.simulate(1.2, 1e-4, method="rk4", record_every=1000)
+    assert ours.success, ours.message
+    assert np.abs(ours.q - other.q).max() < 1e-11
+    assert ours.stats["rejections"] == 0
+
+
 REFUSED = {
     "the motion": ("abs(v.rail)", "abs(), decided by the motion"),
     "a parameter": ("1 if t > soft else 0", "lt(), decided by a tunable parameter or a formula that is not linear in time"),
