@@ -164,6 +164,10 @@ class System:
         Known times at which the right-hand side is not smooth.
     validity : tuple of Validity
         Times beyond which curves have no value.
+    constants : tuple of Quantity
+        Numbers that have a name in the C.
+    beams : tuple of str
+        What the equations of each beam keep.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     order : int
@@ -191,6 +195,8 @@ class System:
     modes: tuple[str, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()
     validity: tuple[Validity, ...] = ()
+    constants: tuple[Quantity, ...] = ()
+    beams: tuple[str, ...] = ()
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -38,6 +38,10 @@ class CNames:
             return f"{self.prefix.upper()}_NBASE"
         return "1" if block == "t" else f"{self.prefix.upper()}_{_POINTERS[block]}"
 
+    def constant_macros(self) -> dict[float, str]:
+        """Return the macros of the numbers that have a name."""
+        return {named.value: f"{self.prefix.upper()}_{named.member}" for named in self.program.constants}
+
     def base_members(self) -> list[str]:
         """Return the members of the base's state, component by component: ``position[2]``."""
         return [f"{name}[{index}]" for name, size, _ in self.program.base_fields for index in range(size)]

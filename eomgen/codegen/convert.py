@@ -16,7 +16,7 @@ from eomgen.errors import ModelError
 from eomgen.integrators.jumps import jump_data
 from eomgen.integrators.specification import SERIES_FAMILIES
 from eomgen.integrators.taylor import MAX_ORDER, TAYLOR
-from eomgen.symbolic.operations import CurveLike
+from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
 #: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
@@ -102,6 +102,8 @@ def to_program(
         kept=system.kept,
         dropped=system.dropped,
         notes=system.notes,
+        constants=_constants(system, wanted),
+        beams=system.beams,
         version=__version__,
         method=data,
         series=series,
@@ -113,6 +115,18 @@ def _curve(curve: CurveLike) -> ProgramCurve:
     breaks, coefficients = curve.breaks.tolist(), curve.coefficients.tolist()
     rows = [(start, *row) for start, row in zip(breaks, [*coefficients, [0.0] * len(coefficients[0])], strict=True)]
     return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.held)
+
+
+def _constants(system: System, wanted: Sequence[str]) -> tuple[Named, ...]:
+    """Return the named numbers that the functions hold; of several names for one number, the first."""
+    if not system.constants:
+        return ()
+    tape = system.tape
+    live = tape.live([ref for name in wanted for ref in system.functions[name].refs])
+    used = {abs(tape.constants[tape.a[node]]) for node in live if tape.op[node] is Op.CONST}
+    first = {item.value: item for item in reversed(system.constants)}
+    held = [item for item in system.constants if item.value in used and first[item.value] is item]
+    return _named(held, "")
 
 
 def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:

@@ -49,12 +49,14 @@ class Printer:
     inputs : for each input block, its text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
     outputs : for each output, by number, the name of its array or the texts of its components.
     prefix : of the model's functions.
+    constants : names of positive numbers.
     """
 
     def __init__(
         self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = "",
-        local: str = "x",
+        local: str = "x", constants: Mapping[float, str] | None = None,
     ) -> None:  # fmt: skip
+        self.constants = constants or {}
         self.prefix = prefix
         self.local = local
         self.inputs = inputs
@@ -79,6 +81,9 @@ class Printer:
                 right = f"({right})"
             return left + symbol + right, rank
         if kind == "K":
+            named = self.constants.get(abs(expression[1]))
+            if named is not None:
+                return (f"K({named})", _ATOM) if expression[1] > 0.0 else (f"-K({named})", _PREFIX)
             return f"K({number(expression[1])})", _ATOM
         if kind == "in":
             text = self.inputs[expression[1]]
@@ -181,7 +186,8 @@ class Printer:
             return f"{'w' if array == 'w' else self.outputs[array]}[{place(rule)}]"
 
         loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
-        inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, [[target(item) for item in given]], self.prefix, "y")
+        targets = [[target(item) for item in given]]
+        inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, targets, self.prefix, "y", self.constants)
         body = [*loaded, *inside.lines(statements)]
         lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {turns}; ++k) {{"]
         return [*lines, *(f"        {line}" for line in body), "    }", "}"]

@@ -155,6 +155,8 @@ class Program:
     curves : tuple of ProgramCurve
     series : tuple of ProgramFunction
         Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.recurrence_functions`` for their blocks.
+    constants : tuple of Named
+        Numbers in the functions that have a name.
     method : mapping
         Filled by the integrators; empty when the model is functions only.
     start : str
@@ -186,6 +188,8 @@ class Program:
     dropped: tuple[str, ...]
     notes: tuple[str, ...]
     version: str
+    constants: tuple[Named, ...] = ()
+    beams: tuple[str, ...] = ()
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
     series: tuple[ProgramFunction, ...] = ()

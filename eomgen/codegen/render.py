@@ -85,7 +85,8 @@ class _Context:
         outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         statements = function.parts[part].statements
         declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
-        return _indented([*declared, *Printer(self.c.input_texts(), outputs, self.program.prefix).lines(statements)], 1)
+        printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=self.c.constant_macros())
+        return _indented([*declared, *printer.lines(statements)], 1)
 
     def kernel(self, loop: ProgramLoop) -> str:
         """Return what one element of a loop computes."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
+from eomgen.mechanics.beams.constants import described, named_constants
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.driver_rates import base_rates, input_rates
@@ -185,6 +186,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
         dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
         notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
+        constants=named_constants(tree, derivation.quantities), beams=described(tree),
         description=scene.description, defaults=dict(vars(scene.simulation)), order=order,
     )  # fmt: skip
 
