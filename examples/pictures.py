@@ -126,6 +126,32 @@ def elastic_vehicle() -> None:
     save(figure, "elastic_vehicle")
 
 
+def elastic_pendulum() -> None:
+    run = simulated("elastic_pendulum")
+    figure, (paths, bent) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    middle, tip = run.outputs["middle"], run.outputs["tip"]
+    # What EXUDYN's beams converge to, as in tests/oracles/elastic_pendulum.py
+    exact = np.array(
+        [
+            [1.42257, 0.90925, -1.07214],
+            [-0.41099, 0.07059, -1.95603],
+            [-0.57744, -1.16714, -1.51793],
+            [1.13140, -0.91340, -1.37311],
+        ]
+    )
+    for axis, colour, style in ((0, BLUE, "-"), (1, VERMILION, "--"), (2, GREEN, "-.")):
+        paths.plot(run.t, tip[:, axis], style, color=colour, label="xyz"[axis])
+        label = "EXUDYN" if axis == 2 else None
+        paths.plot([0.5, 1.0, 1.5, 2.0], exact[:, axis], "o", color="black", markersize=4, fillstyle="none", label=label)
+    paths.set(xlabel="time, s", ylabel="position of the tip, m", xlim=(0, 2.03), ylim=(-2.2, 3.2))
+    paths.legend(frameon=False, ncols=4, loc="upper right", fontsize=8)
+    chord = tip / np.linalg.norm(tip, axis=1)[:, np.newaxis]
+    along = np.sum(middle * chord, axis=1)[:, np.newaxis]
+    bent.plot(run.t, 1e3 * np.linalg.norm(middle - along * chord, axis=1), color=BLUE)
+    bent.set(xlabel="time, s", ylabel="middle of the rod off its chord, mm", xlim=(0, 2), ylim=(0, 14))
+    save(figure, "elastic_pendulum")
+
+
 def pi_servo() -> None:
     model = eomgen.build(FOLDER / "pi_servo" / "scene.toml")
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(7, 4.6), layout="constrained", sharex=True)
@@ -376,6 +402,7 @@ def main() -> int:
         slider_crank_spatial,
         elastic_slider_crank,
         elastic_vehicle,
+        elastic_pendulum,
         four_bar,
         hanging_chain,
         free_spinning_body,
