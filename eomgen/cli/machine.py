@@ -15,7 +15,7 @@ from eomgen.errors import ToolchainError
 @debug_option
 def schema() -> None:
     """Print the JSON Schema of scene files, for editors and checkers."""
-    from eomgen.scene.schema import json_schema  # noqa: PLC0415  # pydantic comes with it
+    from eomgen.scene.json_schema import json_schema  # noqa: PLC0415  # pydantic comes with it
 
     click.echo(json_schema(), nl=False)
 

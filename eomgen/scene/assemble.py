@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from eomgen.errors import Problem
-from eomgen.scene import checks, scene
+from eomgen.scene import checks, scene, schema_bodies, schema_forces
 from eomgen.scene import schema as written
 from eomgen.scene.beam_frames import check_frames, check_not_absolute
 from eomgen.scene.beam_places import check_places
@@ -291,19 +291,19 @@ class _Assembler:
             check_twice_differentiable(key, formulas, self.report)
         return scene.Base(position, rotations)
 
-    def body(self, name: str, body: written.Body) -> scene.Body:
+    def body(self, name: str, body: schema_bodies.Body) -> scene.Body:
         key, formula = key_of("bodies", name), self.values.formula
         entries = enumerate(body.inertia)
         xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
         center = self.values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
         return scene.Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
 
-    def point(self, name: str, point: written.Point) -> scene.Point:
+    def point(self, name: str, point: schema_bodies.Point) -> scene.Point:
         key = key_of("points", name)
         checks.check_reference(f"{key}.body", point.body, [scene.BASE, scene.WORLD, *self.bodies], "body", self.report)
         return scene.Point(name, point.body, self.values.vector(f"{key}.position", point.position, PARAMETERS))
 
-    def spring(self, name: str, spring: written.Spring) -> scene.Spring:
+    def spring(self, name: str, spring: schema_forces.Spring) -> scene.Spring:
         key, formula = key_of("springs", name), self.values.formula
         known = True
         for field, point in (("first", spring.first), ("second", spring.second)):
@@ -315,7 +315,7 @@ class _Assembler:
         force = formula(f"{key}.force", spring.force, SPRING_FORCE)
         return scene.Spring(name, spring.first, spring.second, stiffness, damping, length, force)
 
-    def torsion_spring(self, name: str, spring: written.TorsionSpring) -> scene.TorsionSpring:
+    def torsion_spring(self, name: str, spring: schema_forces.TorsionSpring) -> scene.TorsionSpring:
         key = key_of("torsion_springs", name)
         ends = (("first", spring.first, spring.first_index), ("second", spring.second, spring.second_index))
         for field, joint, index in ends:
@@ -337,7 +337,7 @@ class _Assembler:
         indices = {"first_index": spring.first_index, "second_index": spring.second_index}
         return scene.TorsionSpring(name, spring.first, spring.second, stiffness, damping, rest, **indices)
 
-    def force(self, name: str, force: written.Force) -> scene.Force:
+    def force(self, name: str, force: schema_forces.Force) -> scene.Force:
         key, vector = key_of("forces", name), self.values.vector
         if force.body in (scene.BASE, scene.WORLD):
             why = "its motion is prescribed" if force.body == scene.BASE else "it rests"
@@ -348,7 +348,7 @@ class _Assembler:
         force_vector = vector(f"{key}.force", force.force, STATE)
         return scene.Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, STATE), force.axes)
 
-    def effort(self, name: str, effort: written.Effort) -> scene.Effort:
+    def effort(self, name: str, effort: schema_forces.Effort) -> scene.Effort:
         key = key_of("efforts", name)
         if checks.check_reference(f"{key}.joint", effort.joint, self.joint_types, "joint", self.report):
             kind = self.joint_types[effort.joint]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from eomgen.scene import schema as written
+from eomgen.scene import schema_joints as written
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve_checks import check_twice_differentiable
 from eomgen.scene.formula_nodes import Formula, Number

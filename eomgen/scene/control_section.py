@@ -9,8 +9,8 @@ from eomgen.scene.controllers import Limits, read_controller
 from eomgen.scene.feedback import StateFeedback
 from eomgen.scene.names import key_of
 from eomgen.scene.scene import Controller, Parameter, State
-from eomgen.scene.schema import Spring as WrittenSpring
 from eomgen.scene.schema_control import Controller as Written
+from eomgen.scene.schema_forces import Spring as WrittenSpring
 from eomgen.scene.semi_active import read_skyhook
 from eomgen.scene.state_feedback import made_by_entry, parameters_of, read_state_feedback
 from eomgen.scene.values import Values

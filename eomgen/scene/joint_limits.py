@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from eomgen.scene import schema as written
+from eomgen.scene import schema_joints as written
 from eomgen.scene.force_elements import Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.scene import schema as written
+from eomgen.scene import schema_joints as written
 from eomgen.scene.formula_nodes import Number
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
 from eomgen.scene.joint_limits import COORDINATES, read_friction, read_stops

@@ -1,6 +1,6 @@
 """The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.reference docs/scene.md`` renews them.
 
-A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of ``schema``; that of units between
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; that of units between
 ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
 """
 
@@ -15,7 +15,16 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from eomgen.scene import schema, schema_beams, schema_control, schema_forces, schema_places, schema_signals
+from eomgen.scene import (
+    schema,
+    schema_beams,
+    schema_bodies,
+    schema_control,
+    schema_forces,
+    schema_joints,
+    schema_places,
+    schema_signals,
+)
 from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.schema_key import Table, every_unit, meaning_of
 from eomgen.scene.schema_places import Rotations
@@ -48,6 +57,9 @@ _KINDS: tuple[tuple[Any, str], ...] = (
     (Unit, "text"),
     (Description, "text"),
 )
+_MODULES = (
+    schema_places, schema_bodies, schema_joints, schema_signals, schema_forces, schema_beams, schema_control, schema,
+)  # fmt: skip
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
 
@@ -55,7 +67,7 @@ def tables() -> dict[str, type[Table]]:
     """Return every class of the schema by name."""
     return {
         value.__name__: value
-        for module in (schema_places, schema_signals, schema_forces, schema_beams, schema_control, schema)
+        for module in _MODULES
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, Table) and value is not Table
     }

@@ -1,8 +1,12 @@
-"""The shape of force elements beyond springs along a line: stops and dry friction of joints, bushings, tyres."""
+"""The shape of what pushes: springs, forces and efforts, stops and dry friction of joints, bushings, tyres."""
 
 from __future__ import annotations
 
-from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, ROAD
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE
 from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_places import Frame, Rotations, by_coordinate
 from eomgen.scene.schema_values import Bounds, SixBySix, Triple, Value, Values
@@ -92,3 +96,55 @@ class Tyre(Table):
         "its rate from time and inputs; needed with `damping` where the road has an input", None, unit="m/s", names=ROAD
     )
     slip: Slip | None = key("forces in the plane of the road", None, kind="table, below")
+
+
+class Spring(Table):
+    """A spring, damper or actuator along the line between two points."""
+
+    first: str = key("one end", refers="points")
+    second: str = key("the other end", refers="points")
+    stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
+    damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
+    length: Value = key("length at which the spring is slack", 0.0, unit="m", names=PARAMETERS)
+    force: Value = key("an actuator in parallel", 0.0, unit="N", names=SPRING_FORCE)
+
+
+class TorsionSpring(Table):
+    """A spring and damper between the angles of two joints."""
+
+    first: str = key("one angle", refers="joints", kind="joint that has an angle")
+    second: str = key("the other angle", "", refers="joints", kind="joint that has an angle", shown_default='`""`, none')
+    stiffness: Value = key("effort by angle", 0.0, unit="N m/rad", names=PARAMETERS)
+    damping: Value = key("effort by rate", 0.0, unit="N m s/rad", names=PARAMETERS)
+    rest: Value = key("difference of the angles at which the spring is slack", 0.0, unit="rad", names=PARAMETERS)
+    first_index: int = key("of the angle where a joint has two, as a universal one", 0, ge=0, le=1)
+    second_index: int = key("the same of the second", 0, ge=0, le=1)
+
+
+class Force(Table):
+    """A force and a torque on a body."""
+
+    body: str = key("what they act on", refers="bodies", kind="body, not the base")
+    point: Triple = key("where the force acts, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
+    force: Triple = key("through the point", _ZEROS, unit="N", names=STATE)
+    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=STATE)
+    axes: Literal["world", "body"] = key("axes of force and torque", "world")
+
+
+class Effort(Table):
+    """A generalized force on one component of a joint."""
+
+    joint: str = key("what it drives", refers="joints")
+    effort: Value = key(
+        "positive drives the coordinate up",
+        unit={
+            "revolute": "N m",
+            "prismatic": "N",
+            "spherical": "N m",
+            "free": ("N m", "N m", "N m", "N", "N", "N"),
+        },
+        names=STATE,
+    )
+    index: Annotated[int, Field(ge=0, le=5)] = key(
+        "component of the joint's velocity, angular ones first", 0
+    )

@@ -19,8 +19,9 @@ from eomgen.mechanics.derive import derive
 from eomgen.runtime.methods import METHOD_NAMES
 from eomgen.scene.assemble import from_data
 from eomgen.scene.formula_scope import ENERGIES, FUNCTIONS
+from eomgen.scene.json_schema import schema
 from eomgen.scene.reader import load_toml
-from eomgen.scene.schema import SECTIONS, schema
+from eomgen.scene.schema import SECTIONS
 from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]

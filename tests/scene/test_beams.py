@@ -15,9 +15,9 @@ from eomgen.scene.beam import Beam
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.evaluate import evaluate
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.json_schema import schema
 from eomgen.scene.reader import load, load_toml
 from eomgen.scene.scene import Body, Scene
-from eomgen.scene.schema import schema
 
 HUB = """\
 [joints.hub]

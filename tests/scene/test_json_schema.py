@@ -11,7 +11,8 @@ from typing import Any
 import jsonschema
 import pytest
 
-from eomgen.scene.schema import Document, json_schema
+from eomgen.scene.json_schema import json_schema
+from eomgen.scene.schema import Document
 from eomgen.scene.schema_key import fields_of, tables_of
 from tests.scene.test_scene_files import FREE, PENDULUM
 

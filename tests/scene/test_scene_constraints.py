@@ -14,10 +14,10 @@ from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.constraint import Constraint, Frame
 from eomgen.scene.evaluate import evaluate
 from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.json_schema import json_schema
 from eomgen.scene.reader import load, load_toml
 from eomgen.scene.rotation import frame_about, is_rotation
 from eomgen.scene.scene import Scene
-from eomgen.scene.schema import json_schema
 
 FOUR_BAR = """\
 format = 1

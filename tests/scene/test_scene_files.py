@@ -13,10 +13,10 @@ import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.json_schema import json_schema
 from eomgen.scene.lines import line_index
 from eomgen.scene.reader import load, load_toml
 from eomgen.scene.scene import SIZES, Scene
-from eomgen.scene.schema import json_schema
 
 PENDULUM = """\
 format = 1
