@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.force import Effort
+from eomgen.scene.formula_nodes import ZERO, Symbol
+from eomgen.scene.joint import Joint
 from eomgen.scene.reader import load
-from eomgen.scene.scene import ZERO, Effort, Input, Joint, Scene
+from eomgen.scene.scene import Input, Scene
 
 Array = NDArray[np.float64]
 

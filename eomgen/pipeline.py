@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.scene.names import nearest, shown
-from eomgen.scene.scene import TERMS, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.term_names import TERMS
 
 if TYPE_CHECKING:
     from eomgen.build.builder import Builder

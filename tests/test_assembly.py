@@ -12,7 +12,8 @@ from eomgen.assembly import constrained, ready
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.constraint import Constraint, Frame
-from eomgen.scene.scene import Body, Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Body, Scene
 from eomgen.system import System
 from tests.oracles.formulas import number, vector
 

@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import TERMS as DERIVED
-from eomgen.scene.scene import TERMS
+from eomgen.scene.term_names import TERMS
 from tests.runtime.conftest import shared_cache
 from tests.runtime.scenes import PENDULUM_TOML, pendulum
 

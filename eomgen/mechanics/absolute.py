@@ -28,7 +28,8 @@ from eomgen.mechanics.tree import (
     parameter_scalars,
 )  # fmt: skip
 from eomgen.scene.formula_nodes import Formula
-from eomgen.scene.scene import BASE, Body, Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import BASE, Body, Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
 from eomgen.system import Factor
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from eomgen.mechanics.joints import GROUPS, Motion
 from eomgen.scene.formula_nodes import Formula
-from eomgen.scene.scene import SIZES, Joint, Mimic
+from eomgen.scene.joint import SIZES, Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.system import Factor
 

@@ -9,8 +9,9 @@ from eomgen.mechanics.loads import Loads, add_effort, add_wrench, no_loads, push
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import WORLD_NAME, Tree
 from eomgen.mechanics.tyres import add_tyre
+from eomgen.scene.force import Force, Spring
 from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.scene import Force, Scene, Spring
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import apply, cross, dot, negative, plus, scaled, transpose
 
 

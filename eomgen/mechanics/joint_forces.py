@@ -7,7 +7,7 @@ from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.unilateral import contact
 from eomgen.scene.force_elements import Friction, Stop
 from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.scene import Joint
+from eomgen.scene.joint import Joint
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import Op
 

@@ -12,7 +12,8 @@ from eomgen.mechanics.joints import Motion, columns_of, motions_of, pose_of
 from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
 from eomgen.mechanics.tree import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
 from eomgen.scene.formula_nodes import Formula
-from eomgen.scene.scene import BASE, Body, Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import BASE, Body, Scene
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
 
 

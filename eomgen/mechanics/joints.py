@@ -9,7 +9,7 @@ from functools import cache
 
 import sympy
 
-from eomgen.scene.scene import SIZES, Joint
+from eomgen.scene.joint import SIZES, Joint
 from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled

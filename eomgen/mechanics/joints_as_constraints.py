@@ -13,7 +13,8 @@ from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree
 from eomgen.scene.constraint import Constraint, Frame
 from eomgen.scene.formula_nodes import Number, Symbol
-from eomgen.scene.scene import Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
 from eomgen.symbolic.scalar import Scalar, Vector, dot, minus
 from eomgen.symbolic.tape import ZERO, Op

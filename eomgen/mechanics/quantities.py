@@ -8,8 +8,9 @@ from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.tree import Mount, Tree
 from eomgen.mechanics.tyre_contact import tyre_contact
 from eomgen.scene.constraint import Frame
+from eomgen.scene.force import Spring
 from eomgen.scene.formula_nodes import Formula, Symbol
-from eomgen.scene.scene import Point, Scene, Spring
+from eomgen.scene.scene import Point, Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
 from eomgen.symbolic.tape import Op
 

@@ -13,7 +13,7 @@ from eomgen.mechanics.paths import Path, cross_path, seen_from
 from eomgen.mechanics.rate_recursion import Drive, inverse_dynamics_path
 from eomgen.mechanics.system_matrices import SystemMatrices
 from eomgen.mechanics.terms import Wrench, mass_matrix
-from eomgen.scene.scene import CLOSED_MATRICES
+from eomgen.scene.term_names import CLOSED_MATRICES
 from eomgen.symbolic.scalar import Scalar, minus, plus
 from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system import Block

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from eomgen.mechanics.rate_sources import derivatives_of
-from eomgen.scene.scene import CLOSED_MATRICES, HIGHEST_RATE
+from eomgen.scene.term_names import CLOSED_MATRICES, HIGHEST_RATE
 from eomgen.system import Block
 
 if TYPE_CHECKING:

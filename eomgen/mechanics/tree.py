@@ -16,7 +16,8 @@ from eomgen.mechanics.beams.stations import StationMotion
 from eomgen.mechanics.coordinates import Coordinates
 from eomgen.mechanics.joints import Column
 from eomgen.mechanics.rigid_body import Inertia
-from eomgen.scene.scene import Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
 from eomgen.system import Factor

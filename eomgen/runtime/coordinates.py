@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from eomgen.scene.beam import Beam
-from eomgen.scene.scene import Body, Joint
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Body
 
 _QUATERNION = ("1",) * 4
 _POSE = ((*_QUATERNION, "m", "m", "m"), (*("rad/s",) * 3, *("m/s",) * 3))

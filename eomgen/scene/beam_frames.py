@@ -12,10 +12,12 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.beam import Beam, Deformation
+from eomgen.scene.formula_nodes import ZERO
+from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array
-from eomgen.scene.scene import ZERO, Body, Joint
+from eomgen.scene.scene import Body
 from eomgen.scene.values import Values
 
 _PARALLEL = 1e-9

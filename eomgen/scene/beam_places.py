@@ -9,10 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.evaluate import symbols
+from eomgen.scene.force import Force
 from eomgen.scene.force_elements import Bushing
 from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
-from eomgen.scene.scene import Body, Force, Joint, Point
+from eomgen.scene.scene import Body, Point
 from eomgen.scene.values import Values
 
 _BEYOND = 1e-9  # of the length: what rounding may add

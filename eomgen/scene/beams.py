@@ -15,10 +15,10 @@ import numpy as np
 
 from eomgen.scene import schema_beams as written
 from eomgen.scene.beam import KINDS, Beam, Deformation, DeformationKind
-from eomgen.scene.formula_nodes import Formula, Number, Operation
+from eomgen.scene.formula_nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
 from eomgen.scene.joint_limits import positive
 from eomgen.scene.names import key_of
-from eomgen.scene.scene import ZERO, ZERO_VECTOR, Body
+from eomgen.scene.scene import Body
 from eomgen.scene.values import Values
 
 #: Number of coordinates of a mesh by its ends: per element, and beside these.

@@ -8,12 +8,12 @@ import numpy as np
 
 from eomgen.scene import schema_forces as written
 from eomgen.scene.force_elements import Bushing
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS
 from eomgen.scene.frames import read_frame
 from eomgen.scene.names import key_of
 from eomgen.scene.rotation import rows, sequence
-from eomgen.scene.scene import ZERO, ZERO_VECTOR, Point
+from eomgen.scene.scene import Point
 from eomgen.scene.values import Values
 
 Rows = tuple[tuple[Formula, ...], ...]

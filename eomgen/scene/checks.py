@@ -10,10 +10,11 @@ import numpy as np
 from eomgen.scene.control_section import made_by_controller
 from eomgen.scene.formula_scope import RESERVED
 from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
+from eomgen.scene.joint import Joint
 from eomgen.scene.mimics import led_or_following
 from eomgen.scene.names import NAME_LENGTH, NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.scene import BASE, WORLD, Body, Joint
+from eomgen.scene.scene import BASE, WORLD, Body
 from eomgen.scene.schema import SECTIONS, Document, Simulation
 from eomgen.scene.values import Values
 

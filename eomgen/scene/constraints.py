@@ -13,9 +13,10 @@ from eomgen.scene.curve_checks import check_twice_differentiable
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS, TIME
 from eomgen.scene.frames import Need, check_two_bodies, read_frame
+from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
-from eomgen.scene.scene import Joint, Point
+from eomgen.scene.scene import Point
 from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
 

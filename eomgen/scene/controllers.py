@@ -11,10 +11,11 @@ from collections.abc import Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 
 from eomgen.scene.evaluate import symbols
+from eomgen.scene.force import Spring
 from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula_scope import PARAMETERS, STATE
 from eomgen.scene.names import key_of
-from eomgen.scene.scene import Controller, Spring, State
+from eomgen.scene.scene import Controller, State
 from eomgen.scene.schema_control import Controller as Written
 from eomgen.scene.values import UNKNOWN, Values
 

@@ -65,3 +65,8 @@ class Application:
 
 
 Formula = Number | Symbol | Operation | Application
+#: Three formulas: the components of a vector.
+Vector = tuple[Formula, Formula, Formula]
+ZERO: Formula = Number(0.0)
+ONE: Formula = Number(1.0)
+ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)

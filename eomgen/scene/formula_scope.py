@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eomgen.scene.curve import AnyCurve
-from eomgen.scene.scene import SIZES
+from eomgen.scene.joint import SIZES
 
 WORDS = frozenset({"if", "else", "and", "or", "not"})
 FUNCTIONS: Mapping[str, int] = {

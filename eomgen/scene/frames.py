@@ -12,11 +12,13 @@ from typing import Literal
 from eomgen.scene import schema_places as written
 from eomgen.scene.checks import check_reference
 from eomgen.scene.constraint import Frame
+from eomgen.scene.formula_nodes import ZERO_VECTOR
 from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of, listed
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import frame_about, rows, sequence
-from eomgen.scene.scene import BASE, WORLD, ZERO_VECTOR, Joint, Point
+from eomgen.scene.scene import BASE, WORLD, Point
 from eomgen.scene.values import Values
 
 #: What is used of a frame besides its origin; "any" takes the body's own axes where nothing is said.

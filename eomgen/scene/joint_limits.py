@@ -9,9 +9,9 @@ from eomgen.scene import schema_joints as written
 from eomgen.scene.force_elements import Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
-from eomgen.scene.scene import Joint
 from eomgen.scene.values import Values
 
 #: Joints whose coordinates are plain numbers: the unit of each coordinate by its meaning.

@@ -10,10 +10,10 @@ import numpy as np
 from eomgen.scene import schema_joints as written
 from eomgen.scene.formula_nodes import Number
 from eomgen.scene.formula_scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
+from eomgen.scene.joint import Coefficients, Joint, Mimic
 from eomgen.scene.joint_limits import COORDINATES, read_friction, read_stops
 from eomgen.scene.names import key_of, shown
 from eomgen.scene.rotation import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
-from eomgen.scene.scene import Coefficients, Joint, Mimic
 from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.joint import Joint
 from eomgen.scene.joint_limits import COORDINATES
-from eomgen.scene.scene import Joint
 
 #: Penetration that is taken for rounding, in parts of the limit and of 1 rad or 1 m.
 _ROUNDING = 1e-9

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.scene.inertia import Inertia
+from eomgen.scene.joint import SIZES, Joint
 from eomgen.scene.names import key_of, listed, nearest, shown
 from eomgen.scene.report import Report
-from eomgen.scene.scene import SIZES, Joint
 from eomgen.scene.values import Values
 
 

@@ -15,69 +15,13 @@ from eomgen.scene.beam import Beam
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
 from eomgen.scene.feedback import StateFeedback
-from eomgen.scene.force_elements import Bushing, Friction, Stop, Tyre
-from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
+from eomgen.scene.force_elements import Bushing, Tyre
+from eomgen.scene.formula_nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
+from eomgen.scene.joint import Joint
 
-Vector = tuple[Formula, Formula, Formula]
-ZERO: Formula = Number(0.0)
-ONE: Formula = Number(1.0)
-ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)
 BASE = "base"
 WORLD = "world"
-#: Highest time derivative of inverse dynamics that can be asked for.
-HIGHEST_RATE = 8
-#: Matrices of the closed form, each a term with its time derivatives.
-CLOSED_MATRICES = ("system_jacobian", "adjoints", "joint_brackets", "link_brackets", "coriolis", "coriolis_skew")
-#: Names of all terms.
-TERMS = (
-    "mass",
-    "coupling",
-    "force",
-    "base_motion",
-    "inverse_dynamics",
-    "forward_dynamics",
-    "residual",
-    "partials",
-    "internal_rate",
-    "internal_partials",
-    "constraint",
-    "constraint_velocity",
-    "constraint_bias",
-    "constraint_jacobian",
-    "velocity_partials",
-    "equations",
-    "iteration",
-    "jacobian_values",
-    "poses",
-    "twists",
-    "accelerations",
-    "jacobians",
-    "outputs",
-    "elastic",
-    "linearization",
-    "acceleration_partials",
-    "output_partials",
-    "energy",
-    *("rates" if order == 2 else f"rates_{order}" for order in range(1, HIGHEST_RATE + 1)),
-    *(f"{block}_rates{suffix}" for block in ("mass", "coupling", "force", "base_motion") for suffix in ("_1", "")),
-    "rates_closed",
-    "mass_rates_closed",
-    *(f"{name}{suffix}" for name in CLOSED_MATRICES for suffix in ("", "_rates_1", "_rates")),
-    "forward_rates_1",
-    "forward_rates",
-)
-JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
-#: A formula of parameters where a joint has one coordinate, one formula for each where it has several.
-Coefficients = Formula | tuple[Formula, ...]
-
-#: Numbers of coordinates and of velocity components of each joint type.
-SIZES: Mapping[str, tuple[int, int]] = {
-    "fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "helical": (1, 1), "cylindrical": (2, 2), "universal": (2, 2),
-    "planar": (3, 3), "spherical": (4, 3), "free": (7, 6),
-}  # fmt: skip
-
-#: Numbers of coordinates that are angles, which come first.
-ANGLES: Mapping[str, int] = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "planar": 1}
 
 
 @dataclass(frozen=True)
@@ -165,123 +109,12 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Mimic:
-    """A coordinate that follows another: q = multiplier q_leader + offset, formulas of parameters.
-
-    The leader has one coordinate; it may follow another in its turn, but not in a circle.
-    """
-
-    joint: str
-    multiplier: Formula = ONE
-    offset: Formula = ZERO
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A joint, with the child's frame at ``position`` and ``orientation`` in the parent's frame when q is neutral.
-
-    Attributes
-    ----------
-    axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints; the first
-        axis of universal ones, the normal of planar ones.
-    second_axis : (3,) unit vector across ``axis``: the second axis of universal joints, the x axis of planar ones.
-    pitch : formula of parameters, m/rad: travel of helical joints per angle.
-    orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
-    stiffness, damping : coefficients; effort -stiffness (q - rest) - damping v. On joints of real coordinates only.
-    rotor_inertia : coefficients, added to the joint's diagonal of M.
-    stops, friction : at most one each per coordinate. On joints of real coordinates only.
-    initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
-    initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
-    mimic : what the joint's coordinate follows, None where it is a coordinate of its own.
-    """
-
-    name: str
-    type: JointType
-    parent: str
-    child: str
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    position: Vector = ZERO_VECTOR
-    orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    stiffness: Coefficients = ZERO
-    damping: Coefficients = ZERO
-    rest: Coefficients = ZERO
-    rotor_inertia: Coefficients = ZERO
-    initial_position: tuple[float, ...] = ()
-    initial_velocity: tuple[float, ...] = ()
-    stops: tuple[Stop, ...] = ()
-    friction: tuple[Friction, ...] = ()
-    second_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    pitch: Formula = ZERO
-    mimic: Mimic | None = None
-
-    def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
-        """Return coefficients as one formula for each coordinate."""
-        return coefficients if isinstance(coefficients, tuple) else (coefficients,) * SIZES[self.type][1]
-
-
-@dataclass(frozen=True)
 class Point:
     """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
 
     name: str
     body: str
     position: Vector
-
-
-@dataclass(frozen=True)
-class Spring:
-    """Spring-damper along the line between two points: tension = stiffness (l - length) + damping l' + force.
-
-    ``force`` is a formula of everything (an actuator in parallel), a tension: positive pulls the points together.
-    Stiffness, damping and free length are formulas of parameters.
-    """
-
-    name: str
-    first: str
-    second: str
-    stiffness: Formula
-    damping: Formula
-    length: Formula
-    force: Formula = ZERO
-
-
-@dataclass(frozen=True)
-class TorsionSpring:
-    """Torsional spring-damper between two angles, coordinates of joints (or one and its rest angle, ``second`` empty).
-
-    Effort on ``first``: -(stiffness (q1 - q2 - rest) + damping (v1 - v2)), opposite on ``second``.
-    """
-
-    name: str
-    first: str
-    second: str
-    stiffness: Formula
-    damping: Formula
-    rest: Formula
-    first_index: int = 0
-    second_index: int = 0
-
-
-@dataclass(frozen=True)
-class Force:
-    """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes."""
-
-    name: str
-    body: str
-    point: Vector  # body frame, formulas of parameters
-    force: Vector
-    torque: Vector
-    axes: Literal["world", "body"] = "world"
-
-
-@dataclass(frozen=True)
-class Effort:
-    """Generalized force on one component of a joint, a formula of everything but accelerations."""
-
-    name: str
-    joint: str
-    effort: Formula
-    index: int = 0
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field, model_validator
 
 from eomgen.scene.formula_scope import EVERYTHING, PARAMETERS
-from eomgen.scene.scene import TERMS
 from eomgen.scene.schema_beams import Beam
 from eomgen.scene.schema_bodies import Base, Body, Point
 from eomgen.scene.schema_control import Controller, State
@@ -21,6 +20,7 @@ from eomgen.scene.schema_joints import Constraint, Joint
 from eomgen.scene.schema_key import ANY_UNIT, Table, key
 from eomgen.scene.schema_signals import Curve, Input
 from eomgen.scene.schema_values import Description, Finite, Triple, Unit, Values
+from eomgen.scene.term_names import TERMS
 
 SECTIONS = (
     "parameters",

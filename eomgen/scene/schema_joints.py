@@ -6,7 +6,7 @@ from typing import Literal
 
 from eomgen.scene.constraint import ConstraintType
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, TIME
-from eomgen.scene.scene import JointType
+from eomgen.scene.joint import JointType
 from eomgen.scene.schema_forces import Friction, Limits
 from eomgen.scene.schema_key import Table, key
 from eomgen.scene.schema_places import Frame, Rotations, by_coordinate

@@ -7,9 +7,11 @@ from collections.abc import Collection
 
 from eomgen.scene import checks
 from eomgen.scene import schema_forces as written
+from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.formula_scope import PARAMETERS, SPRING_FORCE, STATE, VELOCITY_SIZE
+from eomgen.scene.joint import ANGLES
 from eomgen.scene.names import key_of
-from eomgen.scene.scene import ANGLES, BASE, WORLD, Effort, Force, Spring, TorsionSpring
+from eomgen.scene.scene import BASE, WORLD
 from eomgen.scene.values import Values
 
 

@@ -9,13 +9,13 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.evaluate import evaluate, symbols
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import Formula, Number, Vector
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula_text import FormulaError
 from eomgen.scene.namespace import known_there, read_included
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, unit_axis
-from eomgen.scene.scene import Rotation, Vector
+from eomgen.scene.scene import Rotation
 from eomgen.scene.schema_places import Rotation as WrittenRotation
 from eomgen.scene.schema_values import Refused
 

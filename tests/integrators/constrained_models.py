@@ -18,7 +18,8 @@ from eomgen.integrators.specification import method_data
 from eomgen.mechanics.derive import derive
 from eomgen.scene.constraint import Constraint, Frame
 from eomgen.scene.formula_nodes import Number, Operation, Symbol
-from eomgen.scene.scene import Base, Body, Joint, Rotation, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Base, Body, Rotation, Scene
 from eomgen.system import System
 from tests.integrators.stepper_models import Stepper, rotation, skew
 

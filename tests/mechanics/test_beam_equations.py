@@ -10,7 +10,8 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.beam import Beam, Deformation, DeformationKind
-from eomgen.scene.scene import Base, Body, Joint, Rotation, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Base, Body, Rotation, Scene
 from eomgen.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -15,7 +15,8 @@ from eomgen.mechanics.beams import links
 from eomgen.mechanics.beams.shape_integrals import ShapeIntegrals, Station
 from eomgen.mechanics.derive import derive
 from eomgen.scene.beam import Beam, Deformation
-from eomgen.scene.scene import Base, Body, Joint, Rotation, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Base, Body, Rotation, Scene
 from tests.oracles.beam_on_moving_frame import (
     AXIAL,
     CHI,

@@ -13,7 +13,8 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.driver_rates import base_rates
 from eomgen.mechanics.rate_sources import closed_block, inverse_dynamics_rates
 from eomgen.scene.reader import load
-from eomgen.scene.scene import CLOSED_MATRICES, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.term_names import CLOSED_MATRICES
 from eomgen.system import INPUT_BLOCKS, Block, Facts, Function, System
 from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots

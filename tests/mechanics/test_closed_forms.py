@@ -7,7 +7,8 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.scene import Base, Body, Joint, Rotation, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Base, Body, Rotation, Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, number, rigid_body, times, vector
 from tests.oracles.states import on_base, random_states, rotation_of

@@ -10,7 +10,8 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.scene.constraint import ROWS
 from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.scene import BASE, Joint, Output, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import BASE, Output, Scene
 from eomgen.system import System
 from tests.oracles.constrained import (
     FREEDOMS,

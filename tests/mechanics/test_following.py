@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.scene import Joint, Mimic, Scene
+from eomgen.scene.joint import Joint, Mimic
+from eomgen.scene.scene import Scene
 from eomgen.system import System
 from tests.oracles.constrained import constraint
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

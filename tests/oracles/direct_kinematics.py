@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.scene import BASE, SIZES, Joint, Scene
+from eomgen.scene.joint import SIZES, Joint
+from eomgen.scene.scene import BASE, Scene
 from eomgen.system import Factor
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of

@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eomgen.scene.scene import BASE, WORLD, Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.system import System
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of

@@ -7,27 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.formula_nodes import Formula, Number, Symbol
-from eomgen.scene.scene import (
-    BASE,
-    SIZES,
-    Base,
-    Body,
-    Coefficients,
-    Effort,
-    Force,
-    Input,
-    Joint,
-    JointType,
-    Mimic,
-    Output,
-    Parameter,
-    Point,
-    Rotation,
-    Scene,
-    Spring,
-    TorsionSpring,
-)  # fmt: skip
+from eomgen.scene.joint import SIZES, Coefficients, Joint, JointType, Mimic
+from eomgen.scene.scene import BASE, Base, Body, Input, Output, Parameter, Point, Rotation, Scene  # fmt: skip
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
 from tests.oracles.robots import body_of_masses

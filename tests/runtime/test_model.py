@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.runtime.coordinates import Factor, coordinate_units
-from eomgen.scene.scene import Joint
+from eomgen.scene.joint import Joint
 from tests.runtime.scenes import (
     DAMPING,
     GRAVITY,

@@ -24,8 +24,9 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.scene.assemble import from_data
 from eomgen.scene.formula_scope import Names
+from eomgen.scene.joint import Mimic
 from eomgen.scene.reader import load, load_toml
-from eomgen.scene.scene import Mimic, Scene
+from eomgen.scene.scene import Scene
 from eomgen.scene.schema import SECTIONS, Document
 from eomgen.scene.schema_key import fields_of, tables_of
 from tests.oracles.evaluation import tape_evaluator

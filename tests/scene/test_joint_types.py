@@ -8,8 +8,9 @@ import pytest
 from eomgen.errors import DescriptionError
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.formula_nodes import Number, Symbol
+from eomgen.scene.joint import Joint, Mimic
 from eomgen.scene.reader import load_toml
-from eomgen.scene.scene import Joint, Mimic, Scene
+from eomgen.scene.scene import Scene
 
 HEAD = """format = 1
 name = "one"

@@ -13,10 +13,11 @@ import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.scene.formula_nodes import Number, Operation, Symbol
+from eomgen.scene.joint import SIZES
 from eomgen.scene.json_schema import json_schema
 from eomgen.scene.lines import line_index
 from eomgen.scene.reader import load, load_toml
-from eomgen.scene.scene import SIZES, Scene
+from eomgen.scene.scene import Scene
 
 PENDULUM = """\
 format = 1
@@ -602,7 +603,7 @@ s = "x\\"#"
 
 def test_mechanics_knows_every_term() -> None:
     from eomgen.mechanics.derive import TERMS as DERIVED
-    from eomgen.scene.scene import TERMS
+    from eomgen.scene.term_names import TERMS
 
     assert tuple(DERIVED) == TERMS
     assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")

@@ -13,7 +13,8 @@ from eomgen.mechanics.joints import Column
 from eomgen.mechanics.rigid_body import inertia_about_center
 from eomgen.mechanics.tree import Link, Mount, Tree, cleaned, no_inertia
 from eomgen.scene.formula_nodes import Formula
-from eomgen.scene.scene import Body, Joint, Scene
+from eomgen.scene.joint import Joint
+from eomgen.scene.scene import Body, Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation
 from eomgen.symbolic.scalar import Scalar
 
