@@ -8,26 +8,24 @@ from dataclasses import replace
 from eomgen.errors import ModelError
 from eomgen.mechanics import terms as separated
 from eomgen.mechanics.absolute import build_absolute_tree
-from eomgen.mechanics.articulated import articulated_forward
 from eomgen.mechanics.base import base_state, resting_base
 from eomgen.mechanics.beams.matrices import geometric, structural
 from eomgen.mechanics.bodies import accelerations, poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
-from eomgen.mechanics.extended import extended_partials, pattern
 from eomgen.mechanics.forces import applied_loads
 from eomgen.mechanics.formulas import record, symbols
-from eomgen.mechanics.forward import solve_tree
+from eomgen.mechanics.forward import forward_dynamics
 from eomgen.mechanics.grouping import grouped
 from eomgen.mechanics.internal_states import InternalStates, state_formulas
+from eomgen.mechanics.iteration import equations, iteration, jacobian_values
 from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joint_tree import build_tree
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.linearization import acceleration_partials, linearization, output_partials
 from eomgen.mechanics.loads import Loads
-from eomgen.mechanics.motion import total_fields
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tape_partials import differentiated_partials
@@ -125,27 +123,22 @@ class Derivation:
         return [self._vector("b", separated.base_motion(self.grouped, self.motion), "base-motion terms")]
 
     def inverse_dynamics(self) -> list[Block]:
-        return [self._vector("tau", self._inverse(), "generalized force that the motion a needs")]
+        return [self._vector("tau", self.inverse(), "generalized force that the motion a needs")]
 
     def residual(self) -> list[Block]:
-        r = self._inverse()
+        r = self.inverse()
         if self.constraints is not None:
             reactions = self.constraints.forces()
             r = [x + y for x, y in zip(r, reactions, strict=True)]
         return [self._vector("r", r, "residual")]
 
-    def _inverse(self) -> list[Scalar]:
+    def inverse(self) -> list[Scalar]:
+        """Return the generalized forces that the motion a needs beside those that are applied."""
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     def forward_dynamics(self) -> list[Block]:
-        ways = []
-        if not (self.tree.following or self.tree.elastic):
-            ways.append(articulated_forward(self.grouped, self.motion, self.loads.wrenches, self.loads.efforts))
-        if not ways or not self.deep:
-            ways.append(self._forward_by_mass_matrix())
-        vdot = min(ways, key=lambda values: self.tape.counts([value.ref for value in values]).weight)
-        return [self._vector("vdot", vdot, "time derivative of v")]
+        return [self._vector("vdot", forward_dynamics(self), "time derivative of v")]
 
     @property
     def large(self) -> bool:
@@ -163,15 +156,6 @@ class Derivation:
         for parent in self.tree.dof_parents():
             depths.append(1 + (depths[parent] if parent >= 0 else 0))
         return depths
-
-    def _forward_by_mass_matrix(self) -> list[Scalar]:
-        fields = total_fields(self.grouped, self.motion, accelerations=False, gravity=True)
-        net = separated.net_wrenches(self.grouped, fields, self.loads.wrenches)
-        bias = separated.generalized(self.grouped, net, "bias force", separated.elastic_rows(self.grouped, fields))
-        right = [effort - load for effort, load in zip(self.loads.efforts, bias, strict=True)]
-        M = separated.mass_matrix(self.grouped, self.composites)
-        with self.tape.block("elimination of the mass matrix from the tips to the root"):
-            return solve_tree(M, right, self.tree.dof_parents())
 
     def partials(self) -> list[Block]:
         nv = self.tree.nv
@@ -254,40 +238,16 @@ class Derivation:
     def acceleration_partials(self) -> list[Block]:
         return acceleration_partials(self)
 
-    # -- what implicit steppers evaluate: everything at once, nonzeros only -------------------------------------------
+    # -- what implicit steppers evaluate ------------------------------------------------------------------------------
 
     def equations(self) -> list[Block]:
-        blocks = self.residual()
-        if self.constraints is not None:
-            rows = self.constraints.rows.holonomic
-            blocks.append(self._vector("Phi", rows, "holonomic constraints"))
-            what = "B v + Phi_t, then constraints at velocity level"
-            blocks.append(self._vector("w", self.constraints.velocity(), what))
-        return blocks + (self.internal_rate() if self.scene.states else [])
+        return equations(self)
 
     def iteration(self) -> list[Block]:
-        if self.constraints is None and self.large:
-            return self._extended_iteration()
-        matrices = self.partials()
-        if self.constraints is not None:
-            matrices += [*self.constraint_jacobian(), *self.velocity_partials()]
-        packed = [self._packed(block) for block in matrices]
-        return packed + [block for block in map(self._packed, self.internal_partials()) if block.refs]
-
-    def _extended_iteration(self) -> list[Block]:
-        with self.tape.block("partials of each step of the recursion"):
-            found, self.inner_owners = extended_partials(
-                self.grouped, self.kinematics, self.motion, self.loads.wrenches, self._inverse(), self.internal
-            )
-        blocks = []
-        for name, entries in found.items():
-            places, refs = pattern(entries)
-            self.patterns[name] = places
-            blocks.append(Block(name, (len(refs),), refs, f"nonzeros of {name} of the extended system"))
-        return blocks
+        return iteration(self)
 
     def jacobian_values(self) -> list[Block]:
-        return [self._packed(self.constraint_jacobian()[0])]
+        return jacobian_values(self)
 
     # -- internal states ----------------------------------------------------------------------------------------------
 
@@ -301,14 +261,6 @@ class Derivation:
             Block(name, shape, refs, description)
             for name, (shape, refs, description) in self.internal.partials(self.applied()).items()
         ]
-
-    def _packed(self, block: Block) -> Block:
-        """Return the entries of a matrix that are not zero by structure, row by row, and keep where they belong."""
-        columns = block.shape[1]
-        pattern = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
-        self.patterns[block.name] = pattern
-        refs = tuple(ref for ref in block.refs if ref != ZERO)
-        return Block(block.name, (len(refs),), refs, f"nonzeros of {block.name}: {block.description}")
 
     # -- constraints --------------------------------------------------------------------------------------------------
 

@@ -1,10 +1,41 @@
-"""Forward dynamics: M = L^T D L without fill along the tree (Featherstone 2008, section 6.5), then three substitutions."""
+"""Forward dynamics: M = L^T D L without fill along the tree and three substitutions, or articulated bodies where they cost less.
+
+Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from eomgen.mechanics import terms as separated
+from eomgen.mechanics.articulated import articulated_forward
+from eomgen.mechanics.motion import total_fields
 from eomgen.symbolic.scalar import Scalar
+
+if TYPE_CHECKING:
+    from eomgen.mechanics.derivation import Derivation
+
+
+def forward_dynamics(derivation: Derivation) -> list[Scalar]:
+    """Return vdot by the way that takes the fewest operations; deep trees try articulated bodies only, where these can serve."""
+    ways, tree, loads = [], derivation.tree, derivation.loads
+    if not (tree.following or tree.elastic):
+        ways.append(articulated_forward(derivation.grouped, derivation.motion, loads.wrenches, loads.efforts))
+    if not ways or not derivation.deep:
+        ways.append(_by_mass_matrix(derivation))
+    return min(ways, key=lambda values: derivation.tape.counts([value.ref for value in values]).weight)
+
+
+def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
+    grouped, loads = derivation.grouped, derivation.loads
+    fields = total_fields(grouped, derivation.motion, accelerations=False, gravity=True)
+    net = separated.net_wrenches(grouped, fields, loads.wrenches)
+    bias = separated.generalized(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
+    right = [effort - load for effort, load in zip(loads.efforts, bias, strict=True)]
+    M = separated.mass_matrix(grouped, derivation.composites)
+    with derivation.tape.block("elimination of the mass matrix from the tips to the root"):
+        return solve_tree(M, right, derivation.tree.dof_parents())
 
 
 def solve_tree(M: Sequence[Sequence[Scalar]], right: Sequence[Scalar], parents: Sequence[int]) -> list[Scalar]:

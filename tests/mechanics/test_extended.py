@@ -9,6 +9,7 @@ import pytest
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.iteration import extended_iteration
 from eomgen.scene.force_elements import Slip, Tyre
 from eomgen.scene.scene import BASE, Point, Scene
 from eomgen.symbolic.evaluate import evaluate
@@ -48,7 +49,7 @@ def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: b
     matrices = run("partials", state)
     expected = sum(weight * matrices[name] for name, weight in WEIGHTS.items())
     derivation = Derivation(scene)
-    blocks = {block.name: block for block in derivation._extended_iteration()}
+    blocks = {block.name: block for block in extended_iteration(derivation)}
     nv = derivation.tree.nv
     size = 1 + max(row for places in derivation.patterns.values() for row, _ in places)
     whole = np.zeros((size, size))
