@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -20,11 +19,11 @@ import numpy as np
 
 import eomgen
 from benchmarks import chains, multibody_peers, tops
+from benchmarks.chain_lengths import lengths
 from benchmarks.loops import Loop, timed
 from benchmarks.measure import figure, machine, pin_to_core, table
 
 TARGET = 1e-5  # m, of the fast top's center at 1 s
-ROOT = Path(__file__).resolve().parent.parent
 DEFAULT, LOOSE = "default", "1e-6"
 TOLERANCES: Mapping[str, Mapping[str, float]] = {DEFAULT: {}, LOOSE: {"rtol": 1e-6, "atol": 1e-8}}
 #: Tolerance and rho_inf of our runs of the top; EXUDYN's are given as many radii.
@@ -33,7 +32,6 @@ TOPS = (*tops.FORMULATIONS, *(one for one in tops.VARIANTS if one.method.endswit
 #: Steps per second that are tried for the top: 2^(k/8) thousand.
 TRIED = tuple(round(1000 * 2 ** (k / 8)) for k in range(57))
 PARTS = ("top", "hinges", "lengths")
-NOT_BUILT = "not built"
 
 
 # -- the fast top with its joint ---------------------------------------------------------------------------------------------
@@ -228,67 +226,6 @@ def hinge_runs(repeats: int, peers: Sequence[str]) -> list[HingeRun]:
 def hinge_table(runs: Sequence[HingeRun]) -> str:
     lines = [[run.contestant, f"{run.step:g}", f"{run.error:.1e}", figure(run.microseconds), run.note] for run in runs]
     return table(("contestant", "step, s", "error of the tip, m", "us per step", "note"), lines)
-
-
-# -- chains of any length ----------------------------------------------------------------------------------------------------
-
-
-
-def length_run(coordinates: str, kind: str, links: int, seconds: float) -> dict[str, float] | str:
-    """Return what a chain costs, from a process of its own, or why it did not get there."""
-    command = [sys.executable, "-m", "benchmarks.chains", coordinates, kind, str(links)]
-    try:
-        result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds, check=False)
-    except subprocess.TimeoutExpired:
-        return f"{NOT_BUILT} within {seconds:.0f} s"
-    if result.returncode:
-        return (result.stderr.strip().splitlines() or ["no message"])[-1]
-    return dict(json.loads(result.stdout.splitlines()[-1]))
-
-
-def exponent(sizes: Sequence[Mapping[str, float]], what: str) -> float:
-    """Return the slope over the number of links, fitted in logarithms."""
-    if len(sizes) < 2:
-        return float("nan")
-    return float(np.polyfit(np.log([s["links"] for s in sizes]), np.log([s[what] for s in sizes]), 1)[0])
-
-
-def length_table(sizes: Sequence[Mapping[str, float]]) -> str:
-    """Return sizes line by line, with the time of an iteration, and fitted exponents below."""
-    lines = []
-    for s in sizes:
-        lines.append([
-            f"{s['links']:.0f}", f"{figure(s['microseconds'])} ±{50 * s['spread']:.0f}%", f"{s['newton_iterations']:.2f}",
-            f"{s['factorizations']:.2f}", figure(s["microseconds"] / s["newton_iterations"]), figure(s["build_seconds"]),
-            figure(s["megabytes"]), figure(s["compiler_megabytes"]),
-        ])  # fmt: skip
-    per_iteration = [{**s, "iteration": s["microseconds"] / s["newton_iterations"]} for s in sizes]
-    slopes = [exponent(per_iteration, what) for what in ("microseconds", "iteration", "build_seconds")]
-    lines.append(["exponent", f"{slopes[0]:.2f}", "", "", f"{slopes[1]:.2f}", f"{slopes[2]:.2f}", "", ""])
-    header = ("links", "us per step", "iterations", "factorizations", "us per iteration", "build, CPU s", "MB", "MB of gcc")
-    return table(header, lines)
-
-
-def lengths(cases: Sequence[tuple[str, str]], links: Sequence[int], seconds: float) -> tuple[list[str], dict[str, object]]:
-    """Return texts and data of all chains; longer ones are not tried after one that took too long to build."""
-    texts: list[str] = []
-    data: dict[str, object] = {}
-    for coordinates, kind in cases:
-        sizes: list[dict[str, float]] = []
-        stopped: list[str] = []
-        for count in links:
-            found = length_run(coordinates, kind, count, seconds)
-            if isinstance(found, str):
-                stopped.append(f"{count} links: {found}")
-                if found.startswith(NOT_BUILT):
-                    break
-            else:
-                sizes.append(found)
-        name = f"{kind}s in {coordinates} coordinates"
-        parts = [f"Chains of {name}", length_table(sizes) if sizes else "", *stopped]
-        texts.append("\n\n".join(part for part in parts if part))
-        data[name] = {"sizes": sizes, "stopped": stopped}
-    return texts, data
 
 
 # -- all of it ---------------------------------------------------------------------------------------------------------------
