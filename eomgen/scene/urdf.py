@@ -5,7 +5,6 @@ A link's frame is its joint's frame at zero, in URDF as here, so placements are 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -14,7 +13,7 @@ import numpy as np
 
 from eomgen.errors import UsageError
 from eomgen.scene.assemble import from_data
-from eomgen.scene.inertia import Inertia, combined, impossible
+from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.names import listed, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.rotation import Array, about_axis, rows, snapped_rotation, unit_axis
@@ -22,18 +21,11 @@ from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.urdf_elements import Joint, Robot, read_robot
 from eomgen.scene.urdf_limits import friction_of, stops_of
 from eomgen.scene.urdf_mimics import held_and_following
+from eomgen.scene.urdf_notes import doubtful_inertias, left_out, notes_of_mimics, notes_of_names_and_angles
 from eomgen.scene.xml_reader import read_xml
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
 _ROOT_JOINT = "root_joint"
-_MEANING = {
-    "limit": "limits of position, velocity and effort",
-    "friction": "dry friction",
-    "safety_controller": "safety controllers",
-    "calibration": "calibration",
-    "transmission": "transmissions",
-    "gazebo": "settings of Gazebo",
-}
 
 
 def load_urdf(
@@ -92,8 +84,8 @@ def urdf_data(
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
     merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
-    notes = [*merger.notes, *_notes(robot, locked), *_notes_of_mimics(robot, locked, held, leaders)]
-    doubts = [*_doubtful_inertias(robot), *_left_out(robot, set(held))]
+    notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
+    doubts = [*doubtful_inertias(robot), *left_out(robot, set(held))]
     if strict:
         for line, note in doubts:
             report.add_at(line, "", note, "no --strict (strict=False), to go on without")
@@ -264,59 +256,3 @@ def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
     if axis is None:
         return np.eye(3), np.zeros(3)
     return (about_axis(axis, value), np.zeros(3)) if joint.type == "revolute" else (np.eye(3), value * axis)
-
-
-def _notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
-    resting = [name for name in held if name not in locked and robot.joints[name].type != "fixed"]
-    notes = []
-    if resting:
-        notes.append(f"joints held where those that they mimic are held: {listed(resting)}")
-    if leaders:
-        pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
-        more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
-        notes.append(f"joints that mimic others are no coordinates of their own: {', '.join(pairs)}{more}")
-    return notes
-
-
-def _notes(robot: Robot, locked: set[str]) -> list[str]:
-    notes = []
-    if locked:
-        notes.append(f"joints locked at zero: {listed(sorted(locked))}")
-    if robot.original:
-        pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
-        notes.append(f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}")
-    if robot.snapped:
-        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
-    if robot.nearly_right:
-        angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
-        more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
-        notes.append(
-            f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
-            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
-        )
-    return notes
-
-
-def _joints(names: Sequence[str]) -> str:
-    return f"the joint{'s' * (len(names) != 1)} {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
-
-
-def _doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
-    found = []
-    for link in robot.links.values():
-        fault = impossible(link.inertia.mass, link.inertia.about_center)
-        if fault:
-            found.append((link.line, f"link {link.name}: {fault}"))
-    return found
-
-
-def _left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
-    """Return one note for each kind of thing that is not modelled, of joints that move."""
-    found = []
-    for tag, names in robot.left_out.items():
-        concerned = [name for name in names if name not in still]
-        if concerned:
-            meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
-            named = [name for name in dict.fromkeys(concerned) if name]
-            found.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
-    return found
