@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
-from eomgen.errors import UsageError
 from eomgen.runtime.arguments import components, numbers
 from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
@@ -20,6 +18,7 @@ from eomgen.runtime.coordinates import coordinate_names, coordinate_units
 from eomgen.runtime.derivatives import check_derivatives
 from eomgen.runtime.functions import DRIVERS
 from eomgen.runtime.internal_states import InternalStates
+from eomgen.runtime.prescribed import Prescribed
 from eomgen.runtime.rates import Rates
 from eomgen.runtime.runs import Runs
 from eomgen.runtime.terms import Inputs, Parameters, States, Terms
@@ -38,7 +37,7 @@ Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class Model(Bodies, InternalStates, Rates, Runs):
+class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     """A compiled scene.
 
     All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
@@ -281,42 +280,6 @@ class Model(Bodies, InternalStates, Rates, Runs):
             result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
             start += size
         return result
-
-    def base(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-        """Return the prescribed state of the base at t, (..., 19).
-
-        Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in base
-        axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
-        """
-        if "base" not in self.functions:
-            rest = np.zeros((*numbers("t", t).shape, self.functions.sizes["base"]))
-            rest[..., 0] = 1.0
-            return rest
-        return self.functions("base", {"t": numbers("t", t), "p": self.parameter_array(parameters)})[0]
-
-    def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-        """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
-        return self._terms.formula_inputs({"t": numbers("t", t), "p": self.parameter_array(parameters)})
-
-    def discontinuity_times(self, start: float, end: float, *, order: int = 2) -> Array:
-        """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
-
-        0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by themselves; for
-        solvers of others these are the times between which the motion is smooth.
-        """
-        if end < start:
-            raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
-        found: set[float] = set()
-        for item in self.library.layout["discontinuities"]:
-            time, period = float(item["time"]), float(item["period"])
-            if item["order"] > order:
-                continue
-            if period == 0.0:
-                found |= {time} if start <= time <= end else set()
-                continue
-            first = math.ceil((start - time) / period)
-            found |= {time + k * period for k in range(first, math.floor((end - time) / period) + 1)}
-        return np.array(sorted(found)) + 0.0  # no minus zero
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
