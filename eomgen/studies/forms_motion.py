@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.lie.product import bracket_matrix
 from eomgen.runtime.configuration import configuration_rate
 from eomgen.studies.engines import Array, Blocks, Engine, spread
-from eomgen.studies.forms import Form, Space, column
+from eomgen.studies.forms import Form, Space, Value, column
 from eomgen.system import Factor
 
 FAMILY = "separated terms and energies"
@@ -28,14 +28,19 @@ def motion_forms(space: Space, engine: Engine) -> list[Form]:
     if {"mass", "coupling"} <= there:
         forms.append(_coupling(space))
     if {"mass", "coupling", "base_motion", "energy"} <= there:
-        forms.append(_base_motion(space))
+        forms.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
+    if {"inverse_dynamics", "coupling", "force", "energy"} <= there and "mass" not in there:
+        forms.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
+        forms.append(_without_acceleration(space))
     if {"mass", "coupling", "force", "inverse_dynamics"} <= there:
         forms.append(_sum_of_blocks(space))
-    if {"mass", "coupling", "force", "inverse_dynamics", "residual"} <= there:
+    if {"coupling", "force", "inverse_dynamics", "residual"} <= there:
         forms.append(_reactions(space))
     if {"mass", "coupling", "force", "forward_dynamics"} <= there:
         forms.append(_forward(space))
-    if {"energy", "force", "residual"} <= there:
+    if {"inverse_dynamics", "force", "forward_dynamics"} <= there and "mass" not in there:
+        forms.append(_there_and_back(space))
+    if {"energy", "coupling", "force", "residual", "inverse_dynamics"} <= there:
         forms.append(_balance(engine))
     if "base" in there:
         forms.append(_base())
@@ -113,12 +118,19 @@ def _coupling(space: Space) -> Form:
     )  # fmt: skip
 
 
-def _base_motion(space: Space) -> Form:
-    few = space.few.matrix
+def _by_blocks(engine: Engine, state: Blocks) -> Array:
+    """Return M a + h + b."""
+    rest = engine("coupling", state)["h"] + engine("base_motion", state)["b"]
+    return np.asarray(times(engine("mass", state)["M"], state["a"]) + rest)
 
-    def inertial(engine: Engine, state: Blocks) -> Array:
-        rest = engine("coupling", state)["h"] + engine("base_motion", state)["b"]
-        return column((times(engine("mass", state)["M"], state["a"]) + rest) @ few)
+
+def _by_recursion(engine: Engine, state: Blocks) -> Array:
+    """Return the same without forming M, which long trees do not have."""
+    return np.asarray(engine("inverse_dynamics", state)["tau"] + engine("force", state)["Q"])
+
+
+def _inertia(space: Space, name: str, meaning: str, of: Value) -> Form:
+    few = space.few.matrix
 
     def source(engine: Engine, state: Blocks) -> Array:
         kinetic = engine("energy", state)["energy"][..., :1]
@@ -134,8 +146,19 @@ def _base_motion(space: Space) -> Form:
         return column(G[..., :-1, 0] - momentum(engine, state, turned) - G[..., -1, 1:])
 
     return Form(
-        "base_motion.b", "M a + h + b by T", FAMILY, inertial,
+        name, meaning, FAMILY, lambda engine, state: column(of(engine, state) @ few),
         source=source, directions=along, combine=combine, rows=space.few.names, functions=("energy",),
+    )  # fmt: skip
+
+
+def _without_acceleration(space: Space) -> Form:
+    def second(engine: Engine, state: Blocks) -> Array:
+        return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
+
+    return Form(
+        "coupling.h", "h + b - Q = tau at a = 0", FAMILY,
+        lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)), second=second, second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
     )  # fmt: skip
 
 
@@ -147,8 +170,11 @@ def _motion_first(rate: Array, others: Array) -> Array:
 
 def _parts(engine: Engine, state: Blocks) -> list[Array]:
     """Return M a, h, b and -Q."""
-    found = [times(engine("mass", state)["M"], state["a"]), engine("coupling", state)["h"], -engine("force", state)["Q"]]
-    return [*found, engine("base_motion", state)["b"]] if "base_motion" in engine else found
+    found = [engine("coupling", state)["h"], -engine("force", state)["Q"]]
+    found += [engine("base_motion", state)["b"]] if "base_motion" in engine else []
+    if "mass" in engine:
+        return [times(engine("mass", state)["M"], state["a"]), *found]
+    return [engine("inverse_dynamics", state)["tau"] - np.sum(found, axis=0), *found]
 
 
 def _largest(values: list[Array]) -> Array:
@@ -191,6 +217,18 @@ def _forward(space: Space) -> Form:
         "forward_dynamics.vdot", "M vdot = Q - h - b", FAMILY, value,
         second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)), second_name="sum of blocks",
         size=lambda engine, state: _largest(_parts(engine, at(engine, state))), rows=space.rows["v"],
+    )  # fmt: skip
+
+
+def _there_and_back(space: Space) -> Form:
+    def value(engine: Engine, state: Blocks) -> Array:
+        there = {**state, "a": engine("forward_dynamics", state)["vdot"]}
+        return column(engine("inverse_dynamics", there)["tau"])
+
+    return Form(
+        "forward_dynamics.vdot", "tau at vdot = 0", FAMILY, value,
+        second=lambda engine, state: np.zeros((*state["v"].shape, 1)), second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
     )  # fmt: skip
 
 

@@ -192,3 +192,14 @@ def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) ->
     point = {"p": [parameter.value for parameter in system.parameters], "q": system.initial_q, "v": system.initial_v}
     for line, name in zip(printed, system.functions, strict=True):
         assert [float(x) for x in line.split(",")[1:]] == call(library, name, point)[0].tolist()
+
+
+def test_a_function_that_equals_another_has_outputs_of_its_own_shape() -> None:
+    """Packed nonzeros of a full matrix are the same numbers as the matrix: one calls the other, and is a vector."""
+    tape = Tape()
+    refs = tuple(tape.mul(tape.input("q", k % 2), tape.constant(2.0 + k)) for k in range(6))
+    whole = Function("whole", "a matrix", ("q",), (Block("B", (2, 3), refs),))
+    packed = Function("packed", "its nonzeros", ("q",), (Block("B", (6,), refs),))
+    program = to_program(make_system("twice", tape, [whole, packed]))
+    assert program.function("packed").same_as == "whole"
+    assert [output.shape for name in ("whole", "packed") for output in program.function(name).outputs] == [(2, 3), (6,)]

@@ -14,7 +14,7 @@ from eomgen.codegen.rolling import find_rolls
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
-from eomgen.system import Block, Function, System
+from eomgen.system import Block, Factor, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain
 
@@ -45,6 +45,27 @@ def repetitive(bodies: int = BODIES, seed: int = 1) -> System:
     return make_system("repetitive", tape, [Function("all", "repeats", ("p", "q", "v"), (Block("y", (len(refs),), refs),))])
 
 
+def signed(bodies: int = BODIES) -> System:
+    """Return a function whose bodies are rolled, and read values of other bodies, inputs and constants with a minus.
+
+    Products and sums pass a minus on; exponentials and maxima keep it where it is read.
+    """
+    tape = Tape()
+    p = [tape.input("p", k) for k in range(2)]
+    states = [p[0], p[1], tape.mul(p[0], p[1])]
+    for k in range(bodies):
+        with tape.block(f"body {k}"):
+            falling = tape.call(Op.EXP, -states[-3])  # of a turn before, from the workspace
+            pushed = tape.call(Op.EXP, -tape.input("v", k))  # an input of its own in each turn
+            held = tape.call(Op.MAX, -states[-2], tape.constant(-0.3 - 0.001 * k))
+            mixed = tape.add(tape.mul(falling, tape.constant(0.2 + 0.001 * k)), tape.mul(pushed, tape.constant(0.3 - 0.001 * k)))
+            states.append(tape.sub(tape.mul(mixed, tape.sub(held, states[-1])), tape.mul(held, p[1])))
+    refs = tuple(states)
+    factors = (Factor("R", "all", 0, bodies, 0, bodies),)
+    function = Function("all", "signs", ("p", "v"), (Block("y", (len(refs),), refs),))
+    return make_system("signed", tape, [function], factors=factors, initial_q=(0.0,) * bodies, initial_v=(0.0,) * bodies)
+
+
 POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}
 
 
@@ -73,6 +94,19 @@ def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: P
     (found,) = call(compile_program(to_program(system, part_limit=part_limit), cache), "all", POINT)
     wanted = evaluate(system.tape, system.functions["all"].refs, POINT)
     assert np.max(np.abs(found - wanted)) < 1e-13
+
+
+def test_loops_read_values_of_other_turns_and_inputs_with_their_sign(cache: Path, eager: None) -> None:
+    system = signed()
+    point = {"p": [0.7, -0.3], "v": (0.4 * np.sin(np.arange(BODIES))).tolist()}
+    program = to_program(system)
+    (loop,) = [s for part in program.function("all").parts for s in part.statements if s.kind == "repeat"]
+    assert loop.data[0] >= BODIES // 2 - 2  # of two bodies each, whose signs alternate
+    kinds = {expression[1][:2] for expression in loop.data[2] if expression[0] == "neg"}
+    assert kinds == {("row", "w"), ("row", "v")}
+    (found,) = call(compile_program(program, cache), "all", point)
+    wanted = evaluate(system.tape, system.functions["all"].refs, point)
+    assert np.max(np.abs(found - wanted)) < 1e-13 and np.ptp(wanted[3:]) > 0.1
 
 
 def test_loops_and_straight_code_give_the_same_bits(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,3 +110,30 @@ def test_work_grows_with_the_links_only(rng: np.random.Generator) -> None:
         return eliminate(SIZE * links, entries, stages).operations
 
     assert operations(90) - operations(60) == operations(60) - operations(30)
+
+
+#: Entries of equal size: which of them is the largest, so that it would be the pivot, is decided by noise alone.
+EVEN = np.array([[1.0, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])
+
+
+def test_stages_of_one_structure_take_their_pivots_in_one_order(rng: np.random.Generator) -> None:
+    """The first stage of a structure decides for the others, or else each would have code of its own."""
+    links, size = 30, len(EVEN)
+    entries: Entries = {}
+    for k in range(links):
+        block = EVEN * (1.0 + 0.02 * rng.uniform(-1.0, 1.0, EVEN.shape))
+        entries |= {(size * k + i, size * k + j): np.array([block[i, j]]) for i in range(size) for j in range(size)}
+        if k:
+            for i in range(size):
+                across = {(size * k + i, size * (k - 1) + i), (size * (k - 1) + i, size * k + i)}
+                entries |= {place: np.array([0.01 * rng.uniform(0.5, 1.0)]) for place in across}
+    stages = [(list(range(size * k, size * k + size)),) * 2 for k in reversed(range(links))]
+    elimination = eliminate(size * links, entries, stages)
+    assert elimination.stages == tuple(range(0, size * links, size))
+    pivots = list(zip(elimination.rows, elimination.columns, strict=True))
+    orders = [
+        [(row - size * k, column - size * k) for row, column in pivots[size * (links - 1 - k) : size * (links - k)]]
+        for k in reversed(range(links))
+    ]
+    assert all(order == orders[0] for order in orders)
+    assert len(make_fronts(elimination, list(entries)).kinds) <= 4
