@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 #: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check alone.
 LARGE = 128
-#: What the check does not build: second derivations of rates, whose matrices are large, and derivatives of forward dynamics.
-NOT_BUILT = OF_RIGID_TREES | {"forward_rates"}
+#: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
+CLOSED = 8
 #: Rates of other orders are made as those of the second are.
-_CHECKED = [name for name in TERMS if name not in NOT_BUILT and (name not in RATE_TERMS or not name[-1].isdigit())]
+_CHECKED = [name for name in TERMS if name not in RATE_TERMS or not name[-1].isdigit()]
 
 
 def check(
@@ -89,10 +89,13 @@ def check(
 
 def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
     """Return the terms to build: of those that only a name brings in, the ones that are asked about."""
-    left_out = set(ON_REQUEST | QUADRATIC if pipeline.derive(scene, ["residual"]).nv > LARGE else ())
+    size = pipeline.derive(scene, ["residual"]).nv
+    left_out = set(ON_REQUEST | QUADRATIC if size > LARGE else OF_RIGID_TREES if size > CLOSED else ())
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
-        left_out |= {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)}
+        left_out = {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)} | (
+            left_out - ON_REQUEST if size <= LARGE else left_out
+        )
     return [name for name in _CHECKED if name not in left_out]
 
 

@@ -19,7 +19,7 @@ from eomgen.studies.forms import Form
 #: Steps, largest first, in the units of the directions.
 LADDER = 10.0 ** (-0.5 * np.arange(23))
 #: From here on steps are so small that differences scatter by round-off only.
-_SCATTER = int(np.flatnonzero(LADDER < 2e-9)[0])
+_SCATTER = int(np.flatnonzero(LADDER < 5e-8)[0])
 #: One-sided differences are compared at steps this many rungs apart: a hundred times.
 _APART = 4
 #: Numbers that are held at once.
@@ -58,7 +58,9 @@ def differences(form: Form, engine: Engine, state: Blocks) -> Differences:
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
         between = np.maximum(change[:-1], change[1:])
         bars = between + (scatter + floor) / _by_step(LADDER[1:-1], between)
-    bars = np.where(np.isfinite(bars) & np.isfinite(central[1:-1]), bars, np.inf)
+    unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)  # a step below rounding
+    known = np.isfinite(bars) & np.isfinite(central[1:-1]) & ~unnoticed[1:-1]
+    bars = np.where(known, bars, np.inf)
     chosen = np.argmin(bars, axis=0)[np.newaxis]
     bar = np.take_along_axis(bars, chosen, axis=0)[0]
     best = np.take_along_axis(central, chosen + 1, axis=0)[0]

@@ -70,8 +70,9 @@ def constraint_forms(space: Space, engine: Engine) -> list[Form]:
         ))  # fmt: skip
         forms.append(Form(
             "constraint_velocity.w", "d Phi / dt", CONSTRAINTS,
-            lambda engine, state: column(engine("constraint_velocity", state)["w"][..., :first]),
-            source=output("constraint", "Phi"), directions=motion, rows=rows[:first], functions=("constraint",),
+            lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
+            source=output("constraint", "Phi"), directions=lambda state: motion(_beside(state)), rows=rows[:first],
+            functions=("constraint",),
             size=_rates_of_rows,
         ))  # fmt: skip
     forms.append(Form(
@@ -90,6 +91,11 @@ def constraint_forms(space: Space, engine: Engine) -> list[Form]:
     forms.append(jacobian(space, "velocity_partials.Z", "velocity_partials", "Z", ("constraint_velocity", "w"), "q", "d w / dq",
                           CONSTRAINTS, rows))  # fmt: skip
     return forms
+
+
+def _beside(state: Blocks) -> dict[str, Array]:
+    """Return the state with velocities that constraints do not allow, where the rates of their rows do not vanish."""
+    return {**state, "v": state["v"] + 1.0}
 
 
 def _rates_of_rows(engine: Engine, state: Blocks) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,18 @@ _TERMS = (
     ("coupling_rates", ("h_dot", "h_ddot"), ("coupling", "h")),
     ("force_rates", ("Q_dot", "Q_ddot"), ("force", "Q")),
     ("base_motion_rates", ("b_dot", "b_ddot"), ("base_motion", "b")),
+    ("system_jacobian_rates", ("J_dot", "J_ddot"), ("system_jacobian", "J")),
+    ("adjoints_rates", ("A_dot", "A_ddot"), ("adjoints", "A")),
+    ("joint_brackets_rates", ("ad_joints_dot", "ad_joints_ddot"), ("joint_brackets", "ad_joints")),
+    ("link_brackets_rates", ("ad_links_dot", "ad_links_ddot"), ("link_brackets", "ad_links")),
+    ("coriolis_rates", ("C_dot", "C_ddot"), ("coriolis", "C")),
+    ("coriolis_skew_rates", ("C_dot", "C_ddot"), ("coriolis_skew", "C")),
+    ("forward_rates", ("vdot_dot", "vdot_ddot"), ("forward_dynamics", "vdot")),
 )
+#: Terms that another derivation has as well.
+_SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
+#: Of these, terms whose rows are components of v, or pairs of them.
+_OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
 #: Each block with what it changes by along a motion.
 _CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
 #: What is given beside a state, to size it by.
@@ -33,10 +45,13 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
             continue
         source = (function, entry)
         for name in outputs:
-            names = _entries(space, name)
+            names = _entries(space, name) if term in _OF_COMPONENTS else ()
+            other = _SECOND.get(term, "")
+            second = _column_of(other, name) if other in engine else None
             forms.append(Form(
                 f"{term}.{name}", f"d {source[1]} / dt", FAMILY, _column_of(term, name), source=_vector_of(*source),
-                directions=along_motion(engine, source[0]), rows=names, functions=(source[0],),
+                directions=along_motion(engine, source[0], free=term == "forward_rates"), rows=names, functions=(source[0],),
+                size=_rounding_of(function, entry), second=second, second_name=other if second is not None else "",
             ))  # fmt: skip
             source = (term, name)
     if "rates" in engine:
@@ -44,15 +59,70 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
             "rates.tau", "as inverse_dynamics", FAMILY, _column_of("rates", "tau"),
             second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
         ))  # fmt: skip
-    return forms + _drivers(engine)
+    if "forward_rates" in engine:
+        forms.append(Form(
+            "forward_rates.vdot", "as forward_dynamics", FAMILY, _column_of("forward_rates", "vdot"),
+            second=_column_of("forward_dynamics", "vdot"), second_name="forward_dynamics", rows=space.rows["v"],
+        ))  # fmt: skip
+    return forms + _closed(space, engine) + _drivers(engine)
 
 
-def along_motion(engine: Engine, function: str) -> Callable[[Blocks], dict[str, Array]]:
-    """Return the direction of the motion, in all blocks that a function takes."""
+def _closed(space: Space, engine: Engine) -> list[Form]:
+    """Return the forms of the closed matrix form's own claims: tau once more, C v = h, and M' - 2 C skew."""
+    forms = []
+    if "rates_closed" in engine and "inverse_dynamics" in engine:
+        forms.append(Form(
+            "rates_closed.tau", "as inverse_dynamics", FAMILY, _column_of("rates_closed", "tau"),
+            second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
+        ))  # fmt: skip
+        forms += [_same("rates_closed", name, "rates", space.rows["v"]) for name in ("tau_dot", "tau_ddot") if "rates" in engine]
+    if "mass_rates_closed" in engine and "mass_rates" in engine:
+        forms += [
+            replace(_same("mass_rates_closed", name, "mass_rates", _entries(space, name)), size=_rounding_of("mass", "M"))
+            for name in ("M_dot", "M_ddot")
+        ]
+    for term in ("coriolis", "coriolis_skew"):
+        if term in engine and "coupling" in engine:
+            forms.append(Form(
+                f"{term}.C", "C v = h", FAMILY, _turned(term), second=_column_of("coupling", "h"), second_name="coupling",
+                rows=space.rows["v"],
+            ))  # fmt: skip
+    if "coriolis_skew" in engine and "mass_rates" in engine:
+        forms.append(Form(
+            "coriolis_skew.C, skew", "C + C^T = M'", FAMILY, _symmetric, second=lambda engine, state: np.asarray(
+                engine("mass_rates", state)["M_dot"]), second_name="mass_rates", rows=space.rows["v"], columns=space.rows["v"],
+        ))  # fmt: skip
+    return forms
+
+
+def _rounding_of(function: str, entry: str) -> Callable[[Engine, Blocks], Array]:
+    """Return the size below which a derivative is what rounding leaves of one that vanishes: part of the quantity's own."""
+    of = _vector_of(function, entry)
+    return lambda engine, state: np.asarray(1e-3 * np.max(np.abs(of(engine, state)), axis=-1))
+
+
+def _same(term: str, name: str, other: str, rows: tuple[str, ...]) -> Form:
+    return Form(f"{term}.{name}", f"as {other}", FAMILY, _column_of(term, name), second=_column_of(other, name),
+                second_name=other, rows=rows)  # fmt: skip
+
+
+def _turned(term: str) -> Value:
+    return lambda engine, state: np.asarray(engine(term, state)["C"] @ state["v"][..., np.newaxis])
+
+
+def _symmetric(engine: Engine, state: Blocks) -> Array:
+    C = engine("coriolis_skew", state)["C"]
+    return np.asarray(C + np.swapaxes(C, -1, -2))
+
+
+def along_motion(engine: Engine, function: str, *, free: bool = False) -> Callable[[Blocks], dict[str, Array]]:
+    """Return the direction of the motion, in all blocks that a function takes; a ``free`` one has its own acceleration."""
     taken = set(engine.functions[function])
 
     def directions(state: Blocks) -> dict[str, Array]:
         rates = {block: state[rate] for block, rate in _CHANGES.items() if block in taken and rate in state}
+        if free:
+            rates["v"] = engine("forward_dynamics", state)["vdot"]
         if "z" in taken and "z" in state:
             rates["z"] = engine("internal_rate", state)["zdot"]
         found = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
@@ -70,11 +140,10 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
 
 
 def _vector_of(function: str, entry: str) -> Value:
-    matrix = entry.startswith("M")
-
     def value(engine: Engine, state: Blocks) -> Array:
         found = engine(function, state)[entry]
-        return found.reshape(*found.shape[:-2], -1) if matrix else found
+        batch = np.broadcast_shapes(*(state[block].shape[:-1] for block in engine.functions[function]))
+        return found.reshape(*batch, -1)
 
     return value
 
