@@ -85,12 +85,13 @@ def _closed(space: Space, engine: Engine) -> list[Form]:
         if term in engine and "coupling" in engine:
             forms.append(Form(
                 f"{term}.C", "C v = h", FAMILY, _turned(term), second=_column_of("coupling", "h"), second_name="coupling",
-                rows=space.rows["v"],
+                size=_rounding_of(term, "C"), rows=space.rows["v"],
             ))  # fmt: skip
     if "coriolis_skew" in engine and "mass_rates" in engine:
         forms.append(Form(
             "coriolis_skew.C, skew", "C + C^T = M'", FAMILY, _symmetric, second=lambda engine, state: np.asarray(
                 engine("mass_rates", state)["M_dot"]), second_name="mass_rates", rows=space.rows["v"], columns=space.rows["v"],
+            size=_rounding_of("coriolis_skew", "C"),
         ))  # fmt: skip
     return forms
 
