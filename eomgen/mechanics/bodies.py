@@ -70,7 +70,7 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
         above = {ROOT: root, CARRIER: carrier}[mount.link] if mount.link < 0 else of_links[mount.link]
         constant = [algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
         values += quaternion_product(above, constant)
-        values += kinematics.position(body.name, algebra.zero_vector)
+        values += kinematics.origin(body.name)
     return values
 
 

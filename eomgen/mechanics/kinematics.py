@@ -83,6 +83,12 @@ class Kinematics:
         """Return the position of a point in world axes."""
         return plus(self.base.position, apply(self.base.orientation, self.position_in_base(body, r)))
 
+    def origin(self, body: str) -> Vector:
+        """Return the origin of a body's frame in world axes; of a beam this is no point of its axis, which bends."""
+        mount = self.tree.mounts[body]
+        R, p = self.pose(mount.link)
+        return plus(self.base.position, apply(self.base.orientation, plus(p, apply(R, mount.position))))
+
     def velocity(self, body: str, r: Vector) -> Vector:
         """Return the inertial velocity of a point in world axes."""
         carried = plus(self.base.velocity, cross(self.base.omega, self.position_in_base(body, r)))

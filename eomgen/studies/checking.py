@@ -14,6 +14,7 @@ from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS
 from eomgen.studies.engines import Engine, compiled, on_tape
 from eomgen.studies.forms import Form, Space
 from eomgen.studies.forms_motion import motion_forms
+from eomgen.studies.forms_of_beams import beam_forms
 from eomgen.studies.forms_of_bodies import body_forms
 from eomgen.studies.forms_of_linear_models import linear_forms
 from eomgen.studies.forms_of_partials import constraint_forms, packed_forms, partial_forms
@@ -81,7 +82,8 @@ def check(
     model = pipeline.build(described, terms, profile=profile)
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
-    found, space = draw(model, engine, states, rng)
+    beams = {body.name: body.beam.length for body in described.bodies if body.beam is not None}
+    found, space = draw(model, engine, beams, states, rng)
     forms = _chosen(_forms(space, engine, system, described), only)
     reports = tuple(judged(form, engine, tape, system, found, rng) for form in forms)
     return CheckReport(described.name, found.names, seed, reports, found.notes)
@@ -106,6 +108,7 @@ def _forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[F
         *constraint_forms(space, engine),
         *packed_forms(space, engine, system),
         *body_forms(space, engine),
+        *beam_forms(space, engine, system, scene),
         *rate_forms(space, engine),
         *linear_forms(space, engine, system, scene),
     ]

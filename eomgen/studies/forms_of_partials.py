@@ -17,6 +17,8 @@ from eomgen.system import System
 PARTIALS, CONSTRAINTS = "partials", "constraints"
 #: Operations times directions up to which the residual is differentiated operation by operation.
 _DIFFERENTIATED = 150_000
+#: Multipliers that the reactions are seen by, a power of two.
+_MULTIPLIERS = 2.0**40
 
 
 def partial_forms(space: Space, engine: Engine, system: System) -> list[Form]:
@@ -110,12 +112,15 @@ def _bends_of_rows(engine: Engine, state: Blocks) -> Array:
 
 
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:
-    """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers."""
-    rows = state["lam"].shape[-1]
+    """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
+
+    Large ones leave nothing of the rounding of other forces, those of stiff beams for instance.
+    """
+    large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
     around = {name: array[..., np.newaxis, :] for name, array in state.items()}
-    forth = engine("residual", {**around, "lam": around["lam"] + np.eye(rows)})["r"]
-    back = engine("residual", {**around, "lam": around["lam"] - np.eye(rows)})["r"]
-    return np.asarray(np.swapaxes(0.5 * (forth - back), -1, -2))
+    forth = engine("residual", {**around, "lam": around["lam"] + large})["r"]
+    back = engine("residual", {**around, "lam": around["lam"] - large})["r"]
+    return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
 
 
 def packed_forms(space: Space, engine: Engine, system: System) -> list[Form]:

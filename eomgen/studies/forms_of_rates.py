@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,6 +32,8 @@ _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
 #: Each block with what it changes by along a motion.
 _CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
+#: Parts of a quantity, and of it times the rate of the motion, that its derivatives' terms may be and still cancel.
+_PART, _PART_OF_TERMS = 1e-3, 0.03
 #: What is given beside a state, to size it by.
 MOTION_BLOCKS = ((*RATE_BLOCKS["a"][:2], "v"), (*RATE_BLOCKS["u"][:2], "u"))
 
@@ -44,14 +45,15 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
         if term not in engine or function not in engine:
             continue
         source = (function, entry)
-        for name in outputs:
+        for order, name in enumerate(outputs, 1):
             names = _entries(space, name) if term in _OF_COMPONENTS else ()
             other = _SECOND.get(term, "")
             second = _column_of(other, name) if other in engine else None
             forms.append(Form(
                 f"{term}.{name}", f"d {source[1]} / dt", FAMILY, _column_of(term, name), source=_vector_of(*source),
                 directions=along_motion(engine, source[0], free=term == "forward_rates"), rows=names, functions=(source[0],),
-                size=_rounding_of(function, entry), second=second, second_name=other if second is not None else "",
+                size=_rounding_of(function, entry, order, *_of_mass(engine, term, order)),
+                second=second, second_name=other if second is not None else "",
             ))  # fmt: skip
             source = (term, name)
     if "rates" in engine:
@@ -70,41 +72,68 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
 def _closed(space: Space, engine: Engine) -> list[Form]:
     """Return the forms of the closed matrix form's own claims: tau once more, C v = h, and M' - 2 C skew."""
     forms = []
+    of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
         forms.append(Form(
             "rates_closed.tau", "as inverse_dynamics", FAMILY, _column_of("rates_closed", "tau"),
             second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
+            size=of_tau[0],
         ))  # fmt: skip
-        forms += [_same("rates_closed", name, "rates", space.rows["v"]) for name in ("tau_dot", "tau_ddot") if "rates" in engine]
+        forms += [
+            _same("rates_closed", name, "rates", space.rows["v"], of_tau[order])
+            for order, name in ((1, "tau_dot"), (2, "tau_ddot")) if "rates" in engine
+        ]  # fmt: skip
     if "mass_rates_closed" in engine and "mass_rates" in engine:
         forms += [
-            replace(_same("mass_rates_closed", name, "mass_rates", _entries(space, name)), size=_rounding_of("mass", "M"))
-            for name in ("M_dot", "M_ddot")
+            _same("mass_rates_closed", name, "mass_rates", _entries(space, name), _rounding_of("mass", "M", order))
+            for order, name in ((1, "M_dot"), (2, "M_ddot"))
         ]
     for term in ("coriolis", "coriolis_skew"):
         if term in engine and "coupling" in engine:
             forms.append(Form(
                 f"{term}.C", "C v = h", FAMILY, _turned(term), second=_column_of("coupling", "h"), second_name="coupling",
-                size=_rounding_of(term, "C"), rows=space.rows["v"],
+                size=_rounding_of(term, "C", 1, *_of_mass(engine, "rates", 0)), rows=space.rows["v"],
             ))  # fmt: skip
     if "coriolis_skew" in engine and "mass_rates" in engine:
         forms.append(Form(
             "coriolis_skew.C, skew", "C + C^T = M'", FAMILY, _symmetric, second=lambda engine, state: np.asarray(
                 engine("mass_rates", state)["M_dot"]), second_name="mass_rates", rows=space.rows["v"], columns=space.rows["v"],
-            size=_rounding_of("coriolis_skew", "C"),
+            size=_rounding_of("coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(engine, "coriolis", 0)),
         ))  # fmt: skip
     return forms
 
 
-def _rounding_of(function: str, entry: str) -> Callable[[Engine, Blocks], Array]:
-    """Return the size below which a derivative is what rounding leaves of one that vanishes: part of the quantity's own."""
-    of = _vector_of(function, entry)
-    return lambda engine, state: np.asarray(1e-3 * np.max(np.abs(of(engine, state)), axis=-1))
+def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]]:
+    """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; nothing for other terms."""
+    more = {"rates": 2, "coupling_rates": 2, "base_motion_rates": 2}.get(term, 1 if term.startswith("coriolis") else 0)
+    return [("mass", "M", order + more)] if more and "mass" in engine else []
 
 
-def _same(term: str, name: str, other: str, rows: tuple[str, ...]) -> Form:
+def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Callable[[Engine, Blocks], Array]:
+    """Return the size below which a derivative is what rounding leaves of terms that cancel in it.
+
+    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same way.
+    """
+    quantities = [(_vector_of(of, name), power) for of, name, power in ((function, entry, order), *more)]
+
+    def size(engine: Engine, state: Blocks) -> Array:
+        rate = _rate(state)
+        parts = [(_PART + _PART_OF_TERMS * rate**power) * np.max(np.abs(of(engine, state)), axis=-1) for of, power in quantities]
+        return np.asarray(np.max(parts, axis=0))
+
+    return size
+
+
+def _rate(state: Blocks) -> Array:
+    """Return how fast a motion goes, in 1/s: what derivatives grow by from order to order."""
+    powers = {"v": 1.0, "a": 0.5, "j": 1.0 / 3.0, "s": 0.25}
+    sizes = [np.max(np.abs(state[name]), axis=-1) ** power for name, power in powers.items() if name in state]
+    return np.asarray(np.max(sizes, axis=0))
+
+
+def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Callable[[Engine, Blocks], Array]) -> Form:
     return Form(f"{term}.{name}", f"as {other}", FAMILY, _column_of(term, name), second=_column_of(other, name),
-                second_name=other, rows=rows)  # fmt: skip
+                second_name=other, rows=rows, size=size)  # fmt: skip
 
 
 def _turned(term: str) -> Value:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from eomgen.studies.forms import FEW, Space, directions
 
 #: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
 AMPLITUDE, TRAVEL = 0.5, 0.2
+#: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small deflections.
+DEFLECTION = 0.05
 #: Halvings of that distance before a state is given up.
 _HALVINGS = 8
 #: Steps of the motion.
@@ -31,12 +34,14 @@ class States:
     notes: tuple[str, ...]
 
 
-def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[States, Space]:
-    """Return states, the first of them the initial one, and the space they are in."""
+def draw(
+    model: Model, engine: Engine, beams: Mapping[str, float], count: int, rng: np.random.Generator
+) -> tuple[States, Space]:
+    """Return states, the first of them the initial one, and the space they are in; ``beams`` are their lengths by name."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
     length = _length(model)
-    scales = _scales(model, motion, length)
+    scales = _scales(model, motion, length, beams)
     found = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, found, strict=True) if state is not None]
     outside = [name for name, state in zip(names, found, strict=True) if state is None]
@@ -84,12 +89,15 @@ def _length(model: Model) -> float:
     return extent if 0.0 < extent < np.inf else 1.0
 
 
-def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
+def _scales(model: Model, motion: list[dict[str, Array]], length: float, beams: Mapping[str, float]) -> dict[str, Array]:
     """Return the size of what is small: 1 rad and 1 rad/s, the scene's length and length per s; what z reaches."""
     units = np.ones(model.nv)
     for factor in model.factors:
         linear = [k for k in range(factor.v_size) if model.v_units[factor.v_start + k].startswith("m")]
-        units[[factor.v_start + k for k in linear]] = length
+        own = beams.get(factor.name, length)
+        units[[factor.v_start + k for k in linear]] = own
+        if factor.name in beams:
+            units[factor.v_start : factor.v_start + factor.v_size] *= DEFLECTION
     reached = np.max([np.abs(state["z"]) for state in motion], axis=0, initial=0.0)
     return {"v": units, "z": np.where(reached > 0.0, reached, 1.0)}
 

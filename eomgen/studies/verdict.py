@@ -118,5 +118,7 @@ def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
     with np.errstate(all="ignore"):
         logs = np.log10(errors)
     inner = [k for k in range(least) if np.isfinite(logs[k]) and 30.0 * best < errors[k] < 0.1]
-    slopes = [float(logs[k] - logs[k + 1]) / 0.5 for k in inner if k + 1 in inner]
+    pairs = [k for k in inner if k + 1 in inner]
+    across = [k for k in pairs if errors[k + 1] >= errors[k]]  # steps as large as these go over a bend
+    slopes = [float(logs[k] - logs[k + 1]) / 0.5 for k in pairs if not across or k > across[-1]]
     return best, float(LADDER[least]), float(np.median(slopes)) if slopes else None

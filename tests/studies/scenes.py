@@ -1,4 +1,4 @@
-"""Small scenes that together have every term: a tree on a moving base with internal states, and bodies held by constraints."""
+"""Small scenes that together have every term: a tree with internal states on a moving base, bodies in constraints, a beam."""
 
 from __future__ import annotations
 
@@ -37,3 +37,16 @@ def gate() -> eomgen.Scene:
     builder.joint("slide", "prismatic", "leaf", "bolt", axis=[1, 0, 0], position=[1, 0, 0], initial={"position": 0.1})
     builder.effort("closer", "hinge", "torque - 0.3 * v.hinge + 0.1 * push")
     return builder.output("angle", formula="q.hinge * push").simulation(step=1e-3, duration=1.0).build()
+
+
+@cache
+def rod() -> eomgen.Scene:
+    """Return a damped beam that swings on a hinge, pulled along, with a mass at its end."""
+    builder = eomgen.SceneBuilder("rod")
+    bends = {"shapes": "clamped_free", "modes": 2, "stiffness": 20.0, "stiffness_damping": 1e-3}
+    builder.beam("rod", length=1.2, mass_per_length=0.6, bending_y=bends)
+    builder.body("tip", 0.3, inertia=[0.01, 0.01, 0.01])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 0, 1], initial={"position": 0.4, "velocity": 3.0})
+    builder.joint("end", "fixed", "rod", "tip", position=[1.2, 0, 0])
+    builder.force("pull", "rod", force=[4, 0, 0], point=[0.6, 0, 0], axes="body")
+    return builder.simulation(step=1e-3, duration=1.0).build()
