@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
 
 from eomgen.mechanics.bodies import constant_quaternion
 from eomgen.mechanics.derive import derive
-from eomgen.scene.scene import BASE, Scene
+from eomgen.scene.scene import BASE, Joint, Point, Scene
 from eomgen.symbolic.evaluate import evaluate_mpmath
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
+from tests.mechanics.test_beam_equations import LENGTH, beam_body
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
-from tests.oracles.formulas import value_of
+from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
 from tests.oracles.states import derivative, on_base, random_states, random_unit_quaternions, rotation_of
 
@@ -132,3 +135,17 @@ def test_sign_of_quaternions_never_jumps() -> None:
     poses = evaluate("poses", {"q": q})["pose"][..., :4]
     assert np.abs(np.diff(poses, axis=0)).max() < 0.5
     np.testing.assert_allclose(poses[-1], poses[0], atol=1e-12)
+
+
+def test_the_pose_of_a_beam_is_its_frames_whatever_is_attached_at_the_origin() -> None:
+    """The axis of a beam with its frame in its middle bends away from the frame's origin, and a point there with the axis."""
+    body = beam_body("beam", (("bending_y", 2),), 1)
+    assert body.beam is not None
+    deformations = tuple(replace(item, shapes="free_free") for item in body.beam.deformations)
+    middle = replace(body, beam=replace(body.beam, start=-0.5 * LENGTH, deformations=deformations))
+    plain = Scene("s", (middle,), (Joint("hinge", "revolute", BASE, "beam", position=vector((0.3, 0.1, 0.2))),))
+    with_point = replace(plain, points=(Point("center", "beam", vector((0, 0, 0))),))
+    state = {"q": np.array([0.4, 0.1, -0.05]), "v": np.array([0.5, 2.0, 1.0])}
+    poses = [tape_evaluator(derive(scene, ["poses"]))("poses", state)["pose"] for scene in (plain, with_point)]
+    np.testing.assert_array_equal(poses[0], poses[1])
+    np.testing.assert_array_equal(poses[0][0, 4:], (0.3, 0.1, 0.2))
