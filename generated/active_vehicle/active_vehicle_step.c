@@ -508,9 +508,27 @@ static int active_vehicle_settings_are_good(const active_vehicle_settings *s)
         && s->max_iterations > 0 && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
+/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+static real active_vehicle_size_by_inertia(const active_vehicle_parameters *p, real t, const real *x, active_vehicle_workspace *work)
+{
+    real rest[7], sum = K(0.0);
+    int i;
+    (void)p, (void)t;
+    memset(work->vdot, 0, sizeof work->vdot);
+    active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
+    memcpy(rest, work->right, sizeof rest);
+    memcpy(work->vdot, x, sizeof work->vdot);
+    active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
+    for (i = 0; i < 7; ++i)
+        sum = sum + x[i] * (work->right[i] - rest[i]);
+    return EG_SQRT(active_vehicle_larger(sum, K(0.0)));
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if the state is
+ * moved by what it does within half a step, it is left out.
  * state->vdot becomes that of f(0). */
 static active_vehicle_status active_vehicle_start(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state, real step,
     const real *first, const real *last, real fraction, real length, active_vehicle_workspace *work)
@@ -539,6 +557,23 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
         }
         for (i = 0; i < 7; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+    }
+    {
+        real size;
+        active_vehicle_status status = active_vehicle_prepare(p, state->t, first, last, fraction, work);
+        if (status != ACTIVE_VEHICLE_OK)
+            return status;
+        for (i = 0; i < 7; ++i) {
+            increment[i] = K(0.5) * step * slope[i];
+            work->v[i] = state->v[i] + increment[i];
+        }
+        active_vehicle_update(state->q, increment, step, work->q);
+        status = active_vehicle_solve_accelerations(p, state->t, work, &state->statistics);
+        for (i = 0; i < 7; ++i)
+            increment[i] = work->vdot[i] - vdot[i];
+        size = status == ACTIVE_VEHICLE_OK ? active_vehicle_size_by_inertia(p, state->t, increment, work) : K(0.0);
+        if (status != ACTIVE_VEHICLE_OK || !(size <= active_vehicle_size_by_inertia(p, state->t, slope, work)))
+            memset(slope, 0, sizeof slope);
     }
     for (i = 0; i < 7; ++i) {
         state->vdot[i] = vdot[i];

@@ -404,9 +404,27 @@ static int spherical_pendulum_settings_are_good(const spherical_pendulum_setting
         && s->max_iterations > 0 && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
+/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+static real spherical_pendulum_size_by_inertia(const spherical_pendulum_parameters *p, real t, const real *x, spherical_pendulum_workspace *work)
+{
+    real rest[3], sum = K(0.0);
+    int i;
+    (void)p, (void)t;
+    memset(work->vdot, 0, sizeof work->vdot);
+    spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
+    memcpy(rest, work->right, sizeof rest);
+    memcpy(work->vdot, x, sizeof work->vdot);
+    spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
+    for (i = 0; i < 3; ++i)
+        sum = sum + x[i] * (work->right[i] - rest[i]);
+    return EG_SQRT(spherical_pendulum_larger(sum, K(0.0)));
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3), f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
+ * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if the state is
+ * moved by what it does within half a step, it is left out.
  * state->vdot becomes that of f(0). */
 static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
     const real *first, const real *last, real fraction, real length, spherical_pendulum_workspace *work)
@@ -435,6 +453,23 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
         }
         for (i = 0; i < 3; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+    }
+    {
+        real size;
+        spherical_pendulum_status status = spherical_pendulum_prepare(p, state->t, first, last, fraction, work);
+        if (status != SPHERICAL_PENDULUM_OK)
+            return status;
+        for (i = 0; i < 3; ++i) {
+            increment[i] = K(0.5) * step * slope[i];
+            work->v[i] = state->v[i] + increment[i];
+        }
+        spherical_pendulum_update(state->q, increment, step, work->q);
+        status = spherical_pendulum_solve_accelerations(p, state->t, work, &state->statistics);
+        for (i = 0; i < 3; ++i)
+            increment[i] = work->vdot[i] - vdot[i];
+        size = status == SPHERICAL_PENDULUM_OK ? spherical_pendulum_size_by_inertia(p, state->t, increment, work) : K(0.0);
+        if (status != SPHERICAL_PENDULUM_OK || !(size <= spherical_pendulum_size_by_inertia(p, state->t, slope, work)))
+            memset(slope, 0, sizeof slope);
     }
     for (i = 0; i < 3; ++i) {
         state->vdot[i] = vdot[i];
