@@ -95,9 +95,9 @@ def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
     left_out = set(ON_REQUEST | QUADRATIC if size > LARGE else OF_RIGID_TREES if size > CLOSED else ())
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
-        left_out = {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)} | (
-            left_out - ON_REQUEST if size <= LARGE else left_out
-        )
+        if size <= LARGE:  # of what is costly only what is named itself, not what begins with a name
+            left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
+        left_out |= {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)}
     return [name for name in _CHECKED if name not in left_out]
 
 

@@ -15,7 +15,11 @@ from eomgen.studies.differences import LADDER
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/*.toml"))
 #: Of these only what differs from smaller scenes is checked here, for the time that compiling all of it takes.
-LONG = {"hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians")}
+LONG = {
+    "hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians"),
+    "sea_arm/links.toml": ("mass", "energy", "inverse_dynamics", "forward_dynamics", "rates", "partials", "accelerations"),
+    "jerk_limited_arm/scene.toml": ("energy", "inverse_dynamics", "forward_dynamics", "rates", "partials", "linearization"),
+}
 
 
 @pytest.mark.parametrize("name", SCENES)
