@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.mechanics import derivation, extended
+from eomgen.mechanics import derivation, extended, iteration
 from eomgen.studies import check, checking
 
 LINKS = 9
@@ -48,6 +48,6 @@ def test_an_error_in_the_extended_system_of_a_long_tree_is_found(monkeypatch: py
         place = max(entries["X"])
         return {**entries, "X": {**entries["X"], place: -entries["X"][place]}}, owners
 
-    monkeypatch.setattr(derivation, "extended_partials", wrong)
+    monkeypatch.setattr(iteration, "extended_partials", wrong)
     report = check(chain(), states=2, only=["iteration", "energy"], profile="quick")
     assert {form.name for form in report.failures} <= {"iteration.K", "iteration.C", "iteration.M"} and report.failures
