@@ -28,12 +28,13 @@ def simulated(name: str) -> eomgen.Solution:
     return run
 
 
-def save(figure: plt.Figure, name: str) -> None:
+def save(figure: plt.Figure, name: str, file: str = "") -> None:
     for axes in figure.axes:
         axes.grid(alpha=0.3, linewidth=0.5)
-    figure.savefig(FOLDER / name / f"{name}.png", dpi=120)
+    path = FOLDER / name / f"{file or name}.png"
+    figure.savefig(path, dpi=120)
     plt.close(figure)
-    print(FOLDER / name / f"{name}.png")
+    print(path)
 
 
 def trajectory(axes: plt.Axes, across: np.ndarray, up: np.ndarray, title: str, colour: str = BLUE) -> None:
@@ -124,6 +125,49 @@ def elastic_vehicle() -> None:
         axes.legend(frameon=False, loc="upper center", ncols=3, fontsize=8)
     response.legend(frameon=False, loc="lower center", fontsize=8)
     save(figure, "elastic_vehicle")
+
+
+def elastic_full_car() -> None:
+    script = runpy.run_path(str(FOLDER / "elastic_vehicle" / "compare.py"))
+    car = script["FULL_CAR"]
+    model = eomgen.build(car.scene)
+    suspensions = script["suspensions"](model, car)
+    stiff = suspensions["passive"] | {"bending_stiffness": 2.5e10, "twisting_stiffness": 6.0e10}
+    lines = (
+        ("passive, rigid body", stiff, "#777777", ":"),
+        ("passive", suspensions["passive"], BLUE, "-"),
+        ("skyhook", suspensions["skyhook"], GREEN, "--"),
+        ("LQR", suspensions["LQR"], VERMILION, "-"),
+    )
+    figure, (density, twist, table) = plt.subplots(1, 3, figsize=(11.5, 3.8), layout="constrained")
+    frequency = np.geomspace(0.3, 60.0, 1500)
+    omega, rough = 2 * np.pi * frequency, 2.0 * script["road_intensity"]("C", script["SPEED"])
+    late = np.exp(-1j * omega * car.wheelbase / script["SPEED"])
+    for label, parameters, colour, style in lines:
+        linear = model.linearize(t=script["LATER"], at="initial", parameters=parameters)
+        for axes, output, factor in ((density, "acceleration", 1.0), (twist, "twist", 1e3)):
+            answers = [[linear.frequency_response(omega, road, output) for road in track] for track in car.tracks]
+            squares = sum(np.abs((front + rear * late) / omega) ** 2 for front, rear in answers)
+            if axes is density or parameters is not stiff:
+                axes.loglog(frequency, factor * np.sqrt(rough * squares), style, color=colour, linewidth=1.0, label=label)
+    density.set(ylabel="acceleration of the middle, (m/s²)/√Hz", ylim=(1e-4, 4))
+    twist.set(ylabel="twist, first mode, mrad/√Hz", ylim=(1e-5, 0.1))
+    for axes in (density, twist):
+        axes.set(xlabel="frequency, Hz", xlim=(0.3, 60))
+        axes.set_xticks([0.3, 1, 3, 10, 30, 60], ["0.3", "1", "3", "10", "30", "60"])
+        axes.legend(frameon=False, loc="lower left", fontsize=8)
+    places = np.arange(len(car.rows))[::-1]
+    passive = script["expected"](model, car, suspensions["passive"])
+    for shift, (label, parameters, colour, _) in zip((0.24, 0.0, -0.24), lines[1:], strict=True):
+        theory, run = (found / passive for found in (
+            script["expected"](model, car, parameters), script["simulated"](model, car, parameters, 100.0)
+        ))  # fmt: skip
+        table.barh(places + shift, theory, color=colour, height=0.22, alpha=0.75, label=f"{label}, stationary")
+        table.plot(run, places + shift, "|", color="black", markersize=6, label="simulated, 100 s" if label == "LQR" else None)
+    table.set_yticks(places, [title.rsplit(",", 1)[0] for _, _, title, _ in car.rows], fontsize=8)
+    table.set(xlabel="root mean square, passive = 1", xlim=(0, 1.9), ylim=(-0.6, len(places) + 1.7))
+    table.legend(frameon=False, loc="upper right", fontsize=7, ncols=2)
+    save(figure, "elastic_vehicle", "full_car")
 
 
 def elastic_pendulum() -> None:
@@ -402,6 +446,7 @@ def main() -> int:
         slider_crank_spatial,
         elastic_slider_crank,
         elastic_vehicle,
+        elastic_full_car,
         elastic_pendulum,
         four_bar,
         hanging_chain,

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from eomgen.mechanics.beams.links import attached_along
 from eomgen.mechanics.derive import derive
 from eomgen.scene.beam import KINDS, Beam, Deformation
+from eomgen.scene.evaluate import symbols
 from eomgen.scene.formula_nodes import Number, Symbol
 from eomgen.scene.scene import Base, Body, Parameter, Rotation, Scene
 
@@ -41,14 +43,21 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
     if scene.base is None:
         moving = Base(rotations=(Rotation((0.6, 0.0, 0.8), Symbol("time")),))
         variants.append(("base at rest", replace(scene, base=moving)))
-    if any(not parameter.tunable for parameter in scene.parameters):
-        tunable = tuple(replace(parameter, tunable=True) for parameter in scene.parameters)
+    along = _along_beams(scene)
+    tunable = tuple(replace(parameter, tunable=parameter.name not in along) for parameter in scene.parameters)
+    if tunable != scene.parameters:
         variants.append(("fixed parameters folded", replace(scene, parameters=tunable)))
     bodies = tuple(body if body.beam is None else replace(body, beam=_deforming_every_way(body.beam)) for body in scene.bodies)
     elastic = sum(body.beam.size for body in bodies if body.beam is not None)
     if bodies != scene.bodies and elastic <= MOST_ELASTIC:
         variants.append(("beams deform only as the scene asks", replace(scene, bodies=bodies)))
     return variants
+
+
+def _along_beams(scene: Scene) -> set[str]:
+    """Return the parameters that say where on a beam something is: shape functions are evaluated there, so they stay fixed."""
+    beams = (body.name for body in scene.bodies if body.beam is not None)
+    return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 
 
 def _deforming_every_way(beam: Beam) -> Beam:

@@ -34,7 +34,7 @@ def script() -> dict[str, Any]:
 def test_passive_car_has_the_published_frequencies_and_the_matrices_of_first_principles(
     model: eomgen.Model, script: dict[str, Any]
 ) -> None:
-    linear = model.linearize(parameters=script["suspensions"](model)["passive"])
+    linear = model.linearize(parameters=script["suspensions"](model, script["HALF_CAR"])["passive"])
     np.testing.assert_allclose(linear.undamped_frequencies / (2 * np.pi), FREQUENCIES[2], rtol=1e-9)
     car = half_car(2)
     nose_down = np.diag([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])  # turning about y lowers the front
@@ -55,7 +55,7 @@ def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> N
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """The compiled scene is not linear, but its turns of half a degree hardly show."""
-    parameters = script["suspensions"](model)[suspension]
+    parameters = script["suspensions"](model, script["HALF_CAR"])[suspension]
     run = model.simulate(16.0, 1e-3, method="rk4", parameters=parameters)
     late = run.t > 12.0
     linear = model.linearize(t=100.0, at="initial", parameters=parameters)
@@ -72,10 +72,10 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """Of |H_front + H_rear e^(-i w delay)|^2 over all frequencies, the road's velocity being white."""
-    parameters = script["suspensions"](model)[suspension]
+    parameters = script["suspensions"](model, script["HALF_CAR"])[suspension]
     linear = model.linearize(t=100.0, at="initial", parameters=parameters).state_space()
-    names = [name if part is None else f"{name}[{part}]" for name, part, _, _ in script["ROWS"]]
-    rows = [linear.outputs.index(name) for name in names]
+    car = script["HALF_CAR"]
+    rows = [linear.outputs.index(name) for name in car.outputs]
     omega = np.geomspace(1e-3, 1e6, 20001)
     state = np.linalg.solve(1j * omega[:, np.newaxis, np.newaxis] * np.eye(12) - linear.A, linear.E)
     front, rear = np.moveaxis((linear.C @ state + linear.F)[:, rows], -1, 0)
@@ -83,14 +83,15 @@ def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script:
     density = 4 * np.pi**2 * 0.01 * roughness * 20.0  # of the road's velocity, one-sided, per Hz
     response = (front + rear * np.exp(-1j * omega * delay)[:, np.newaxis]) / omega[:, np.newaxis]
     variances = simpson(np.abs(response) ** 2 * density / (2 * np.pi) * omega[:, np.newaxis], x=np.log(omega), axis=0)
-    scales = np.array([factor for *_, factor in script["ROWS"]])
-    np.testing.assert_allclose(scales * np.sqrt(variances), script["expected"](model, parameters), rtol=1e-4)
+    np.testing.assert_allclose(car.factors * np.sqrt(variances), script["expected"](model, car, parameters), rtol=1e-4)
 
 
 def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, script: dict[str, Any]) -> None:
     """100 s of the road: the README's 400 s are within 5 %, these within what their length allows."""
-    found = {name: script["simulated"](model, p, 100.0) for name, p in script["suspensions"](model).items()}
+    car = script["HALF_CAR"]
+    suspensions = script["suspensions"](model, car)
+    found = {name: script["simulated"](model, car, p, 100.0) for name, p in suspensions.items()}
     for name, values in found.items():
-        np.testing.assert_allclose(values, script["expected"](model, script["suspensions"](model)[name]), rtol=0.08)
+        np.testing.assert_allclose(values, script["expected"](model, car, suspensions[name]), rtol=0.08)
     for row in range(3):  # accelerations and bending
         assert found["LQR"][row] < found["skyhook"][row] < found["passive"][row]

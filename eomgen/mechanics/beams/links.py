@@ -61,7 +61,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
 def _places(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
     """Return the places along a beam's axis that anything in the scene is attached to, without repetition."""
     found: list[float] = []
-    for what, formula in _attached(scene, body):
+    for what, formula in attached_along(scene, body):
         x = number(formula).constant
         if x is None:
             said = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
@@ -71,7 +71,8 @@ def _places(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Sca
     return sorted(found)
 
 
-def _attached(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
+def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
+    """Yield what is attached to a body, in words, with its x in the body's frame."""
     for joint in scene.joints:
         if joint.parent == body:
             yield f"joint {joint.name}", joint.position[0]
