@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from eomgen.errors import ModelError
 from eomgen.mechanics.beams.links import attached_along
 from eomgen.mechanics.derive import derive
 from eomgen.scene.beam import KINDS, Beam, Deformation
@@ -32,7 +33,10 @@ def savings(scene: Scene) -> list[Saving]:
     actual = derive(scene, COMPARED).counts
     found = []
     for what, variant in _variants(scene):
-        counts = derive(variant, COMPARED).counts
+        try:
+            counts = derive(variant, COMPARED).counts
+        except ModelError:  # a variant that cannot be derived has no cost to compare with
+            continue
         pairs = [(term, actual[term].flops, counts[term].flops) for term in COMPARED if term in actual]
         found += [Saving(what, term, kept, without) for term, kept, without in pairs if without != kept]
     return found

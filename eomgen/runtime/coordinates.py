@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,8 @@ from eomgen.scene.beam import Beam
 from eomgen.scene.joint import Joint
 from eomgen.scene.scene import Body
 
+#: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
+_SMALL = 0.01
 _QUATERNION = ("1",) * 4
 _POSE = ((*_QUATERNION, "m", "m", "m"), (*("rad/s",) * 3, *("m/s",) * 3))
 #: Units of q and of v: by group, and by the type of the joint where the group is R.
@@ -75,6 +78,28 @@ def coordinate_units(
         q_units += q
         v_units += v
     return q_units, v_units
+
+
+def elastic_amplitudes(factors: Sequence[Factor], bodies: Iterable[Body]) -> list[float]:
+    """Return for each component of v how far elastic coordinates may be drawn at random, in their own units; infinity for others.
+
+    A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length. Higher
+    modes have steeper slopes at the same deflection, so they get less.
+    """
+    beams = {body.name: body.beam for body in bodies if body.beam is not None}
+    found = [math.inf] * sum(factor.v_size for factor in factors)
+    for factor in factors:
+        if factor.name in beams:
+            found[factor.v] = _amplitudes(beams[factor.name])
+    return found
+
+
+def _amplitudes(beam: Beam) -> list[float]:
+    amplitudes: list[float] = []
+    for item in beam.deformations:
+        length = min(beam.length, 1.0) if item.nodal else 1.0 if item.kind == "torsion" else beam.length
+        amplitudes += [_SMALL * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
+    return amplitudes
 
 
 def _of_beam(beam: Beam) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -102,19 +102,6 @@ def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals:
     return ""
 
 
-def indefinite_mass(model: Model, q: Array, p: Array) -> str:
-    """Return a clause on an inertia matrix that is not positive definite at q; empty when it is."""
-    if "mass" not in model.functions:
-        return ""
-    M = model.mass(q, parameters=p)
-    if not np.all(np.isfinite(M)):
-        return ""
-    smallest = float(np.linalg.eigvalsh(M)[0])
-    return (
-        f"the inertia matrix there is not positive definite, its smallest eigenvalue is {smallest:.3g}" if smallest <= 0.0 else ""
-    )
-
-
 #: Share of the energies at work beyond which the balance of energy of a run is grossly wrong.
 GROSS = 0.1
 

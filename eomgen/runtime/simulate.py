@@ -17,7 +17,8 @@ from eomgen.runtime.between import between_of
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
-from eomgen.runtime.diagnosis import advice, doubts, first_non_finite, indefinite_mass
+from eomgen.runtime.diagnosis import advice, doubts, first_non_finite
+from eomgen.runtime.indefinite import indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
@@ -229,9 +230,9 @@ def _message(
     text = stepper.status_text(run.status)
     _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
     block, already, left = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
-    inertia = indefinite_mass(model, q, p)
-    details = f"; the first block that is not finite is {block}" if block else f"; {inertia}" if inertia else ""
-    hint = "masses and inertias that bodies can have" if inertia and not block else advice(text, settings)
+    inertia = None if block else indefinite_mass(model, q, p, run.rows[0, 1 : 1 + model.nq], settings["step"])
+    details = f"; the first block that is not finite is {block}" if block else f"; {inertia.what}" if inertia else ""
+    hint = inertia.hint if inertia else advice(text, settings)
     if left:
         details, hint = f"{details}, where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     elif already:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import update
 from eomgen.runtime.arguments import check_finite, check_name, components, numbers
+from eomgen.runtime.coordinates import elastic_amplitudes
 from eomgen.runtime.terms import Inputs
 
 if TYPE_CHECKING:
@@ -59,6 +60,13 @@ class Conditions:
     @property
     def turning(self) -> Mask:
         return np.array([unit == "rad/s" for unit in self.model.v_units], dtype=bool)
+
+    def around(self, change: Array) -> Array:
+        """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
+        amplitudes = np.array(elastic_amplitudes(self.model.factors, self.model.scene.bodies))
+        elastic = np.isfinite(amplitudes)
+        small: Array = np.where(elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change)
+        return small
 
     def after(self, seconds: float) -> Conditions:
         """Return the conditions at a later time."""
@@ -141,7 +149,7 @@ class Conditions:
         every = Unknowns(np.arange(model.nv), np.arange(0), 0, 0)
         nothing, typical = np.ones(model.nv, dtype=bool), 0.0
         for _ in range(_SAMPLES):
-            at = update(model.factors, q, rng.normal(0.0, 0.5, model.nv))
+            at = update(model.factors, q, self.around(rng.normal(0.0, 0.5, model.nv)))
             v, lam = rng.normal(0.0, 1.0, model.nv), rng.normal(0.0, 1.0, len(model.multipliers))
             J = self.jacobian(at, v, z, lam, every)[:, : model.nv]
             finite = np.all(np.isfinite(J), axis=0)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
+from eomgen.runtime.indefinite import beyond_order, indefinite_mass
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.linearize import terms_needed
 from eomgen.runtime.run_settings import number_of
@@ -105,7 +106,7 @@ def steady_motion(
     NumericalError
         The search did not end, or what it found does not last; names the component that accelerates.
     ModelError
-        The inertia matrix is not positive definite.
+        The inertia matrix is not positive definite where the search starts, or where it came to.
     """
     p = model.parameter_array(parameters)
     if p.ndim != 1:
@@ -114,19 +115,18 @@ def steady_motion(
     start = initial_state(able, initial, p)
     q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
     conditions = Conditions(able, p, number_of("t", t), u)
-    ignorable, typical = conditions.ignorable(q, start.z)
-    v = np.where(ignorable & ~held_v, start.v, v)
-    unknowns = Unknowns(np.flatnonzero(~ignorable & ~held_q), np.flatnonzero(ignorable & ~held_v), able.nz, len(able.multipliers))
-    names = [able.v_names[k] for k in np.flatnonzero(ignorable)]
     try:
+        ignorable, typical = conditions.ignorable(q, start.z)
+        v = np.where(ignorable & ~held_v, start.v, v)
+        dv = np.flatnonzero(ignorable & ~held_v)
+        unknowns = Unknowns(np.flatnonzero(~ignorable & ~held_q), dv, able.nz, len(able.multipliers))
+        names = [able.v_names[k] for k in np.flatnonzero(ignorable)]
         state, steps, balanced = _search_around(conditions, unknowns, _at(conditions, q, v, start.z))
         if not balanced:
             raise _failure(able, conditions, state, steps, names)
         _check_lasting(able, conditions, state, typical, names)
     except np.linalg.LinAlgError:
-        what = "the inertia matrix is singular where the search came to"
-        hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
-        raise ModelError(Problem("steady motion", what, hint)) from None
+        raise _indefinite(able, q, p) from None
     undetermined = _undetermined(able, conditions, unknowns, state)
     acceleration = float(np.max(np.abs(conditions.accelerations(*state)), initial=0.0))
     message = f"steady after {steps} steps, unbalanced acceleration {acceleration:.3g}"
@@ -151,9 +151,11 @@ def _search_around(conditions: Conditions, unknowns: Unknowns, start: _State) ->
     for _ in range(_RETRIES):
         if found[2]:
             return found
-        change = np.concatenate([rng.normal(0.0, 0.3, len(unknowns.eta)), np.zeros(len(unknowns.dv) + unknowns.states)])
-        moved = _moved(conditions, unknowns, start, np.concatenate([change, np.zeros(unknowns.multipliers)]))
+        eta = np.zeros(conditions.model.nv)
+        eta[unknowns.eta] = rng.normal(0.0, 0.3, len(unknowns.eta))
+        q = update(conditions.model.factors, start.q, conditions.around(eta))
         try:
+            moved = _at(conditions, q, start.v, start.z)
             found = _search(conditions, unknowns, moved)
         except np.linalg.LinAlgError:
             continue
@@ -246,6 +248,15 @@ def _failure(model: Model, conditions: Conditions, state: _State, steps: int, ig
     what = f"no steady motion was found in {steps} steps: {model.v_names[k]} still accelerates with "
     what += f"{-unbalanced[k]:.4g} {_per_second(model, k)}"
     return NumericalError(Problem("steady motion", what, f"other values, an initial state nearer to it, or {_hint(ignorable)}"))
+
+
+def _indefinite(model: Model, q: Array, p: Array) -> ModelError:
+    start = indefinite_mass(model, q, p, where="where the search starts")
+    if start is not None and beyond_order(model, q, p):
+        return ModelError(Problem("steady motion", start.what, start.hint))
+    what = "the inertia matrix is singular where the search came to"
+    hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
+    return ModelError(Problem("steady motion", what, hint))
 
 
 def _per_second(model: Model, k: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from eomgen import pipeline
 from eomgen.errors import Problem, UsageError
 from eomgen.mechanics.derive import ON_REQUEST, QUADRATIC, TERMS
 from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS
+from eomgen.runtime.indefinite import indefinite_mass
 from eomgen.studies.engines import Engine, compiled, on_tape
 from eomgen.studies.forms import Form, Space
 from eomgen.studies.forms_motion import motion_forms
@@ -19,12 +21,13 @@ from eomgen.studies.forms_of_bodies import body_forms
 from eomgen.studies.forms_of_linear_models import linear_forms
 from eomgen.studies.forms_of_partials import constraint_forms, packed_forms, partial_forms
 from eomgen.studies.forms_of_rates import rate_forms
-from eomgen.studies.report import CheckReport
-from eomgen.studies.states import draw
+from eomgen.studies.report import CheckReport, FormReport
+from eomgen.studies.states import States, draw
 from eomgen.studies.verdict import judged
 
 if TYPE_CHECKING:
     from eomgen.pipeline import Described
+    from eomgen.runtime.model import Model
     from eomgen.scene.scene import Scene
     from eomgen.system import System
 
@@ -85,8 +88,19 @@ def check(
     beams = {body.name: body.beam.length for body in described.bodies if body.beam is not None}
     found, space = draw(model, engine, beams, states, rng)
     forms = _chosen(_forms(space, engine, system, described), only)
-    reports = tuple(judged(form, engine, tape, system, found, rng) for form in forms)
+    reports = tuple(_explained(judged(form, engine, tape, system, found, rng), model, found) for form in forms)
     return CheckReport(described.name, found.names, seed, reports, found.notes)
+
+
+def _explained(report: FormReport, model: Model, found: States) -> FormReport:
+    """Return the report of a form, in words on the inertia matrix where that is not positive definite."""
+    if report.name != "mass.M, definite" or report.worst is None:
+        return report
+    q = found.blocks["q"][found.names.index(report.worst.state)]
+    inertia = indefinite_mass(model, q, model.parameter_array(), where=f"at {report.worst.state}")
+    if inertia is None:
+        return report
+    return replace(report, worst=replace(report.worst, explained=f"{inertia.what}; try: {inertia.hint}"))
 
 
 def _terms(scene: Scene, only: Sequence[str]) -> list[str]:

@@ -30,6 +30,8 @@ class Disagreement:
         What says so: ``finite differences``, ``complex step`` or the second derivation.
     bar : float
         How well that is known.
+    explained : str
+        The same in words of its own, where it has a cause that is known.
     """
 
     state: str
@@ -38,8 +40,11 @@ class Disagreement:
     expected: float
     by: str
     bar: float
+    explained: str = ""
 
     def __str__(self) -> str:
+        if self.explained:
+            return self.explained
         entry = f"{self.entry}: " if self.entry else ""
         return f"{entry}{self.value:.9g}, but {self.expected:.9g} by {self.by} (known to {self.bar:.2g}), at {self.state}"
 

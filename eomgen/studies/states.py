@@ -10,12 +10,13 @@ import numpy as np
 from eomgen.errors import EomgenError
 from eomgen.lie.product import update
 from eomgen.runtime.constrained import accelerations
-from eomgen.runtime.coordinates import coordinate_names
+from eomgen.runtime.coordinates import coordinate_names, elastic_amplitudes
 from eomgen.runtime.model import Model
 from eomgen.studies.engines import Array, Engine
 from eomgen.studies.forms import FEW, Space, directions
 
-#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
+#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels. Beams
+#: deform less: as little as is small against their length.
 AMPLITUDE, TRAVEL = 0.5, 0.2
 #: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small deflections.
 DEFLECTION = 0.05
@@ -110,6 +111,7 @@ def _random(
     around = motion[int(rng.integers(len(motion)))]
     time = rng.uniform(0.0, model.scene.simulation.duration)
     apart = np.where(scales["v"] == 1.0, AMPLITUDE, TRAVEL * scales["v"])
+    apart = np.minimum(apart, elastic_amplitudes(model.factors, model.scene.bodies))
     for halving in range(_HALVINGS):
         part = 0.5**halving
         guess = {

@@ -12,6 +12,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.savings import savings
 from eomgen.scene.assemble import from_data
+from eomgen.scene.builder import SceneBuilder
 from eomgen.system import System
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "spin_up_beam" / "scene.toml"
@@ -82,3 +83,13 @@ def test_info_tells_what_the_full_spatial_beam_would_cost() -> None:
         assert found[term].operations == system_of("planar").counts[term].flops
         assert found[term].without == pytest.approx(system_of("spatial").counts[term].flops, abs=60)
         assert found[term].without > 3 * found[term].operations
+
+
+def test_parameters_that_beams_need_fixed_stay_so_in_what_is_compared() -> None:
+    builder = SceneBuilder("arm").parameter("reach", 0.8).parameter("aside", 0.0)
+    builder.beam("link", "reach", mass_per_length=0.5, bending_z={"modes": 2, "stiffness": 100.0})
+    builder.joint("shoulder", "revolute", "base", "link", axis=[0, -1, 0])
+    builder.body("tool", 0.3, center_of_mass=[0, 0, "aside"], inertia=[1e-4, 1e-4, 1e-4])
+    builder.joint("mount", "fixed", "link", "tool", position=["reach", 0, 0])
+    found = [item for item in savings(builder.build()) if item.what == "fixed parameters folded"]
+    assert found and all(item.without > item.operations for item in found)
