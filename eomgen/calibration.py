@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.control.placement import place
 from eomgen.control.plant import Plant
@@ -187,10 +188,12 @@ def _feedback(
     if calibration.method == "lqr":
         weights = _weights(plant, opened, item, calibration, C, D)
         optimal = lqr(plant, weights)
-        return np.hstack([optimal.G_p, optimal.G_v]), _decay(optimal.eigenvalues)
+        G = np.hstack([optimal.G_p, optimal.G_v])
+        return G, slowest_motion(plant, G)
     if calibration.poles:
         placed = place(plant, calibration.poles)
-        return np.hstack([placed.G_p, placed.G_v]), _decay(placed.eigenvalues)
+        G = np.hstack([placed.G_p, placed.G_v])
+        return G, slowest_motion(plant, G)
     modes = modes_of(plant)
     chosen = [number - 1 for number in calibration.modes] or list(range(min(plant.m, plant.n)))
     known = [k for k in chosen if k < plant.n]
@@ -198,12 +201,17 @@ def _feedback(
     if calibration.method == "imsc":
         g, h = optimal_modal_gains(w, c, _each(calibration.effort_weights, len(known)))
     else:
-        wanted = calibration.frequencies[: len(known)] or w
-        g, h = placed_modal_gains(w, c, wanted, _each(calibration.damping_ratios, len(known)))
+        wanted, ratios = calibration.frequencies[: len(known)] or w, _each(calibration.damping_ratios, len(known))
+        g, h = placed_modal_gains(w, c, wanted, ratios)
     modal = modal_feedback(plant, modes, chosen, _each(tuple(g), len(chosen)), _each(tuple(h), len(chosen)))
     said = f"modes {', '.join(str(k + 1) for k in modal.controlled)}, spillover {modal.spillover:.2g}"
     said += f", crosstalk {modal.crosstalk:.2g}" if modal.crosstalk else ""
-    return np.hstack([modal.G_p, modal.G_v]), f"{said}; {_decay(modal.eigenvalues)}"
+    missed = ""
+    if calibration.method == "pole_placement":
+        check_reach(item.name, plant, modal)
+        missed = not_reached(modal, wanted, ratios)
+    G = np.hstack([modal.G_p, modal.G_v])
+    return G, f"{said}; {missed}{slowest_motion(plant, G)}"
 
 
 def _each(numbers: Sequence[float], count: int) -> Array:
@@ -257,11 +265,6 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
         raise ModelError(what, f"{missing} among its signals, or its joint among its coordinates")
     found[np.abs(found) < 1e-13 * np.abs(found).max(initial=0.0)] = 0.0
     return np.asarray(found / sizes)
-
-
-def _decay(eigenvalues: NDArray[np.complex128]) -> str:
-    slowest = eigenvalues[int(np.argmax(eigenvalues.real))]
-    return f"the slowest motion of the closed loop decays at {-slowest.real:.4g} 1/s"
 
 
 def _rounded(value: float) -> float:

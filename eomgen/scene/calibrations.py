@@ -77,6 +77,11 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
 def check_known(key: str, table: Mapping[str, object] | None, known: Collection[str], what: str, values: Values) -> None:
     """Report the names in a table that there are not."""
     for name in table or ():
-        if name not in known:
+        if name in known:
+            continue
+        if what == "joint" and name in values.names.beams:
+            hint = f'a signal "q.{name}[0]", or "v.{name}[0]", and its weight in signal_weights'
+            values.report.add(f"{key}.{key_of(name)}", f"{shown(name)} is a beam, not a joint", hint)
+        else:
             hint = nearest(name, known) or f"without {key.rpartition('.')[2]}"
             values.report.add(f"{key}.{key_of(name)}", f"there is no {what} {shown(name)}", hint)

@@ -142,7 +142,10 @@ def _labels(entry: Written) -> list[str]:
 
 def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Values) -> None:
     kinds = values.names.joints
-    if joint not in kinds:
+    if joint in values.names.beams:
+        hint = f'signals = {{ {joint}_0 = "q.{joint}[0]", {joint}_0_rate = "v.{joint}[0]", ... }}'
+        values.report.add(key, f"{shown(joint)} is a beam: signals name its elastic coordinates", hint)
+    elif joint not in kinds:
         values.report.add(key, f"there is no joint {shown(joint)}", nearest(joint, kinds) or "a [joints] section")
     elif joint in before:
         values.report.add(key, f"the joint {joint} is named twice", "each joint once")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -375,6 +376,55 @@ def test_what_cannot_be_calibrated(old: str, new: str, kind: type[eomgen.EomgenE
     (problem,) = caught.value.problems
     assert problem.where.endswith("(controllers.hold.calibration)") and "scene.toml:" in problem.where
     assert str(problem).split(": ", 1)[1].startswith(message), problem
+
+
+MAST = """\
+format = 1
+name = "mast"
+gravity = [0, 0, 0]
+[beams.mast]
+length = 2.0
+mass_per_length = 1.5
+bending_y = { modes = 2, stiffness = 100.0 }
+[joints.foot]
+type = "fixed"
+parent = "base"
+child = "mast"
+[controllers.hold]
+type = "state_feedback"
+signals = { b0 = "q.mast[0]", b1 = "q.mast[1]", b0_rate = "v.mast[0]", b1_rate = "v.mast[1]" }
+[controllers.hold.calibration]
+method = "pole_placement"
+modes = [1]
+damping_ratios = 0.3
+[forces.push]
+body = "mast"
+point = [1.2, 0, 0]
+force = [0, "hold", 0]
+"""
+
+
+def test_a_mode_that_is_left_without_damping_is_named() -> None:
+    """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its coordinate."""
+    model = model_of(MAST)
+    assert model.notes[0].endswith("; the closed loop does not decay: mast[1]")
+    first = (1.875104068711961 / 2.0) ** 2 * np.sqrt(100.0 / 1.5)  # of Euler and Bernoulli's cantilever
+    values = np.linalg.eigvals(model.linearize().state_space().A)
+    assert np.abs(values - first * (-0.3 + 1j * np.sqrt(1.0 - 0.09))).min() < 1e-8 * first
+    with pytest.raises(eomgen.ModelError, match="the modes 1, 2 cannot be placed each by itself"):
+        model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
+
+
+def test_what_damping_makes_of_placed_modes_is_told() -> None:
+    """The coupling by damping is read from the matrices, apart from what is said of it."""
+    text = MASSES.replace("stiffness = 40, damping = 0.2", "stiffness = 40, damping = 12")
+    model = model_of(text.replace("CALIBRATION", 'method = "pole_placement"\ndamping_ratios = [0.5, 0.1]'))
+    values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
+    said = re.search(r"mode 1 gets (\S+) rad/s with a damping ratio of (\S+), not (\S+) with 0.5", model.notes[0])
+    assert said is not None, model.notes
+    size, ratio, wanted = map(float, said.groups())
+    assert abs(size - wanted) > 1e-3 * wanted or abs(ratio - 0.5) > 1e-3
+    assert np.abs(values - size * (-ratio + 1j * np.sqrt(1.0 - ratio**2))).min() < 5e-3 * size
 
 
 def test_modes_beyond_the_model() -> None:

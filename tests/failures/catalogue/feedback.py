@@ -47,6 +47,51 @@ FAILURES = [
         ),
     ),
     Failure(
+        "State feedback of a beam as if it were a joint", 3,
+        (
+            "description error: scene.toml:43 (controllers.hold.coordinates[0]): 'mast' is a beam: signals name its elastic "
+            'coordinates; try: signals = { mast_0 = "q.mast[0]", mast_0_rate = "v.mast[0]", ... }'
+        ),
+        more=(
+            "[beams.mast]\n"
+            "length = 2.0\n"
+            "mass_per_length = 1.5\n"
+            "bending_y = { modes = 2, stiffness = 100.0 }\n"
+            "[joints.foot]\n"
+            'type = "fixed"\n'
+            'parent = "base"\n'
+            'child = "mast"\n'
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["mast"]\n'
+            "position_gains = { mast = 1 }"
+        ),
+    ),
+    Failure(
+        "A weight on a beam as if it were a joint", 3,
+        (
+            "description error: scene.toml:45 (controllers.hold.calibration.position_weights.mast): 'mast' is a beam, not a "
+            'joint; try: a signal "q.mast[0]", or "v.mast[0]", and its weight in signal_weights'
+        ),
+        more=(
+            "[beams.mast]\n"
+            "length = 2.0\n"
+            "mass_per_length = 1.5\n"
+            "bending_y = { modes = 2, stiffness = 100.0 }\n"
+            "[joints.foot]\n"
+            'type = "fixed"\n'
+            'parent = "base"\n'
+            'child = "mast"\n'
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "[controllers.hold.calibration]\n"
+            "position_weights = { mast = 10 }\n"
+            'method = "lqr"\n'
+            "effort_weights = 0.1"
+        ),
+    ),
+    Failure(
         "Gains that are no numbers", 3,
         (
             "description error: scene.toml:36 (controllers.hold.position_gains.shoulder[0]): a finite number is needed "
@@ -259,6 +304,35 @@ FAILURES = [
             "[efforts.hold]\n"
             'joint = "shoulder"\n'
             'effort = "hold"'
+        ),
+    ),
+    Failure(
+        "More modes to place than actuators", 4,
+        (
+            "model error: scene.toml:44 (controllers.hold.calibration): the modes 2, 3 cannot be placed each by itself: hold "
+            "acts on them in 1 independent way only; try: 1 of the modes, an output more, all poles in place of modes, or lqr"
+        ),
+        command="generate scene.toml --out c",
+        more=(
+            "[beams.mast]\n"
+            "length = 2.0\n"
+            "mass_per_length = 1.5\n"
+            "bending_y = { modes = 2, stiffness = 100.0 }\n"
+            "[joints.foot]\n"
+            'type = "fixed"\n'
+            'parent = "base"\n'
+            'child = "mast"\n'
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'signals = { b0 = "q.mast[0]", b1 = "q.mast[1]", b0_rate = "v.mast[0]", b1_rate = "v.mast[1]" }\n'
+            "[controllers.hold.calibration]\n"
+            'method = "pole_placement"\n'
+            "modes = [2, 3]\n"
+            "damping_ratios = 0.3\n"
+            "[forces.push]\n"
+            'body = "mast"\n'
+            "point = [1.5, 0, 0]\n"
+            'force = [0, "hold", 0]'
         ),
     ),
     Failure(

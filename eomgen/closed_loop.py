@@ -1,0 +1,54 @@
+"""What is to be said of a closed loop: its slowest motion, and modes that are not where they were asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.control.modal import ModalFeedback
+from eomgen.control.plant import Plant
+from eomgen.errors import ModelError
+from eomgen.linear.modes import modes
+
+Array = NDArray[np.float64]
+#: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.
+_MISSED = 1e-6
+#: Distance of an eigenvalue from where it is wanted, as a share of its size, that is told.
+_OFF = 1e-3
+
+
+def slowest_motion(plant: Plant, G: Array) -> str:
+    """Return how fast the slowest motion of the plant decays under the gains G of [q, v], (m, 2n), or what does not decay."""
+    n = plant.n
+    A, _ = plant.state_space(G[:, :n], G[:, n:])
+    found = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
+    slowest = int(np.argmax(found.eigenvalues.real))
+    rate, mover = -float(found.eigenvalues[slowest].real), found.dominant(slowest, 1)[0][0]
+    if abs(rate) <= found.uncertainty[slowest]:
+        return f"the closed loop does not decay: {mover}"
+    if rate < 0.0:
+        return f"the closed loop grows at {-rate:.4g} 1/s: {mover}"
+    return f"the slowest motion of the closed loop decays at {rate:.4g} 1/s"
+
+
+def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
+    """Raise ModelError where outputs cannot move the controlled modes each by itself, so that none gets what is asked for."""
+    if modal.crosstalk <= _MISSED:
+        return
+    numbers = ", ".join(str(k + 1) for k in modal.controlled)
+    ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
+    only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
+    what = f"the modes {numbers} cannot be placed each by itself: {only}"
+    raise ModelError(what, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
+
+
+def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
+    """Return what modes get in place of the frequencies (rad/s) and damping ratios wanted; empty where all get theirs."""
+    said = []
+    for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
+        pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
+        found = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
+        if abs(found - pole) > _OFF * w:
+            got = f"{abs(found):.4g} rad/s with a damping ratio of {-found.real / abs(found):.3g}"
+            said.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
+    return f"damping couples the modes: {', '.join(said)}; " if said else ""
