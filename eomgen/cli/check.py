@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from eomgen.studies.report import CheckReport, FormReport
 
 
+#: Functions with corners that are named, of many.
+_CORNERS = 20
+
+
 @click.command()
 @scene_options
 @click.option("--states", type=int, default=8, show_default=True, metavar="N", help="States to check at.")
@@ -81,8 +85,10 @@ def _print(report: CheckReport) -> None:
     print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(0, 8))
     for note in (*report.remarks, *report.notes):
         say(note)
-    failed = len(report.failures)
-    say("all agree" if report.passed else f"{failed} of {counted(len(report.forms), 'closed form')} not shown to agree")
+    if report.corners:
+        more = len(report.corners) - _CORNERS
+        say(f"not smooth everywhere: {', '.join(report.corners[:_CORNERS])}{f' and {more} more' if more > 0 else ''}")
+    say(report.summary)
 
 
 def _short(value: float | None) -> str:

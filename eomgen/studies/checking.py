@@ -22,6 +22,7 @@ from eomgen.studies.forms_of_linear_models import linear_forms
 from eomgen.studies.forms_of_partials import constraint_forms, packed_forms, partial_forms
 from eomgen.studies.forms_of_rates import rate_forms
 from eomgen.studies.report import CheckReport, FormReport
+from eomgen.studies.roughness import Rough
 from eomgen.studies.states import States, draw
 from eomgen.studies.verdict import judged
 
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 LARGE = 128
 #: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
 CLOSED = 8
+#: Functions that together hold all formulas of a scene.
+_OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs")
 #: Rates of other orders are made as those of the second are.
 _CHECKED = [name for name in TERMS if name not in RATE_TERMS or not name[-1].isdigit()]
 
@@ -89,7 +92,8 @@ def check(
     found, space = draw(model, engine, beams, states, rng)
     forms = _chosen(_forms(space, engine, system, described), only)
     reports = tuple(_explained(judged(form, engine, tape, system, found, rng), model, found) for form in forms)
-    return CheckReport(described.name, found.names, seed, reports, found.notes)
+    corners = Rough(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).corners()
+    return CheckReport(described.name, found.names, seed, reports, found.notes, tuple(corners))
 
 
 def _explained(report: FormReport, model: Model, found: States) -> FormReport:

@@ -10,6 +10,8 @@ from eomgen.studies.differences import LADDER
 
 #: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is finite.
 Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
+#: How remarks and notes begin that tell of states where a function or its derivative is not defined.
+_NOT_DEFINED = ("not a number", "not smooth", "unbounded derivative", "left out")
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,7 @@ class CheckReport:
     seed : int
     forms : tuple of FormReport
     notes : what was left out, in words
+    corners : functions in formulas that bend or jump somewhere, whether or not one of the states is near
     """
 
     scene: str
@@ -99,6 +102,7 @@ class CheckReport:
     seed: int
     forms: tuple[FormReport, ...]
     notes: tuple[str, ...] = field(default=())
+    corners: tuple[str, ...] = ()
 
     @property
     def failures(self) -> tuple[FormReport, ...]:
@@ -108,6 +112,15 @@ class CheckReport:
     @property
     def passed(self) -> bool:
         return not self.failures and bool(self.forms)
+
+    @property
+    def summary(self) -> str:
+        """The outcome in a few words."""
+        if not self.passed:
+            forms = f"{len(self.forms)} closed form{'s' * (len(self.forms) != 1)}"
+            return f"{len(self.failures)} of {forms} not shown to agree"
+        partly = any(text.startswith(_NOT_DEFINED) for text in (*self.remarks, *self.notes))
+        return "all agree where defined" if partly else "all agree"
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -97,7 +97,7 @@ def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
         _panel(axis, family, members)
     for axis in axes[len(panels) :]:
         axis.set_visible(False)
-    verdict = "all agree" if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
+    verdict = report.summary if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
     figure.suptitle(
         f"{report.scene}: closed forms against central differences at {len(report.states)} states; {verdict}\n"
         "dotted: against complex steps", fontsize=11,

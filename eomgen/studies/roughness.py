@@ -16,7 +16,7 @@ from eomgen.symbolic.tape import Op, Ref
 from eomgen.system import System
 
 _BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
-_BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "<", Op.LE: "<="}
+_BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "comparison", Op.LE: "comparison"}  # a > b is b < a on the tape
 #: Functions whose derivative is unbounded at some argument inside their domain or at its edge, and that argument's distance.
 _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
     Op.SQRT: ("sqrt", lambda x, _: np.abs(x)),
@@ -53,6 +53,11 @@ class Rough:
                 what = f"curve {tape.curves[tape.b[node]][0].name}" if op is Op.CURVE else _BY_SIGN.get(op) or _BY_ORDER[op]
                 found.append(f"{what} in {tape.label(node) or 'the scene'}")
         return list(dict.fromkeys(found))
+
+    def corners(self) -> list[str]:
+        """Return all that may bend or jump somewhere, whether or not a state is near, in words; tables apart."""
+        found = [(_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER]
+        return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in found))
 
     def singular(self, state: Blocks) -> list[str]:
         """Return functions that are at an argument where their derivative is not bounded, in words."""

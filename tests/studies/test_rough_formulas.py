@@ -88,3 +88,15 @@ def test_states_outside_of_a_formulas_domain_are_said_to_be_left_out() -> None:
 def test_where_no_state_can_be_checked_nothing_has_passed() -> None:
     report = check(swing("log(q.pin - 100)").build(), states=3, only=["partials.K"], profile="quick")
     assert not report.passed and [form.verdict for form in report.failures] == ["no state"]
+
+
+def test_corners_that_no_state_is_near_are_listed() -> None:
+    report = check(swing("(2 if q.pin > 40 else 1) * min(q.pin, 50)").build(), states=2, only=["partials"], profile="quick")
+    assert report.remarks == () and report.summary == "all agree"
+    assert sorted(report.corners) == ["comparison in effort push", "min in effort push", "select in effort push"]
+    assert check(swing("-3 * q.pin").build(), states=1, only=["partials.K"], profile="quick").corners == ()
+
+
+def test_agreement_is_claimed_only_where_functions_are_defined() -> None:
+    report = check(swing("-3 * abs(q.pin)").build(), states=2, only=["partials"], profile="quick")
+    assert report.passed and report.summary == "all agree where defined" and report.corners == ("abs in effort push",)
