@@ -42,10 +42,14 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
     pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
+    request = _Request(scene, options)
+    if folder is None and sweep is not None:  # names are checked before files are
+        request.model.parameter_array({sweep[0]: sweep[1][0]})
+    lin = request.linearized({}, None)
+    for pair in pairs:
+        lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
         raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
-    request = _Request(scene, options)
-    lin = request.linearized({}, None)
     from eomgen.runtime.linear_files import described  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     data = described(lin, request.model.name)

@@ -74,7 +74,8 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     P, residual = _solution(A, B, cost)
     there = plant.scales.state
     G = half @ (B.T @ P + cross.T) @ there
-    P = there.T @ P @ there / rate
+    with np.errstate(over="ignore", invalid="ignore"):  # of extreme plants the cost is beyond doubles before the gains are
+        P = there.T @ P @ there / rate
     eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
     return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
 

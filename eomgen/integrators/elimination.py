@@ -61,9 +61,25 @@ class Elimination:
         return self.size + sum(map(len, self.lower)) + sum(map(len, self.upper))
 
 
+def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> ModelError:
+    """Return the error for a matrix in which pivots are missing, with the causes that it can have."""
+    what = "it is singular at the initial state: "
+    if constrained:
+        what += "constraints repeat each other, or a mass is missing"
+        hint = "remove constraints that say the same twice, and give every moving part a mass"
+    else:
+        sizes = np.abs(np.concatenate([np.ravel(values) for values in samples.values()]))
+        sizes = sizes[np.logical_and(sizes > 0.0, np.isfinite(sizes))]
+        what += "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
+        what += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
+        hint = "give every moving part a mass, and stiffnesses and lengths that differ less"
+    return ModelError(Problem("iteration matrix", what, hint))
+
+
 def eliminate(
-    size: int, samples: Mapping[tuple[int, int], Array], stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None
-) -> Elimination:
+    size: int, samples: Mapping[tuple[int, int], Array], stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None,
+    *, constrained: bool = False,
+) -> Elimination:  # fmt: skip
     """Choose the pivots.
 
     Parameters
@@ -72,6 +88,7 @@ def eliminate(
         Every entry that is not zero by structure, at n states of the system.
     stages : sequence of (rows, columns), optional
         Where to look for pivots, one after the other; what finds none waits for the next stage.
+    constrained : whether rows of constraints are among them, for messages.
 
     Raises
     ------
@@ -120,13 +137,7 @@ def eliminate(
         if len(rows) > begun:
             starts.append(begun)
     if len(rows) < size:
-        raise ModelError(
-            Problem(
-                "iteration matrix",
-                "it is singular at the initial state: constraints repeat each other, or a mass is missing",
-                "remove constraints that say the same twice, and give every moving part a mass",
-            )
-        )
+        raise _singular(samples, constrained)
     place = {column: position for position, column in enumerate(columns)}
     lower = tuple(tuple(left[row]) for row in rows)
     upper = tuple(tuple(sorted(place[column] for column in beside)) for beside in right)

@@ -84,7 +84,7 @@ def make_solver(
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
-    elimination = eliminate(unknowns.matrix_size, values, order)
+    elimination = eliminate(unknowns.matrix_size, values, order, constrained=count > 0)
     fronts = make_fronts(elimination, list(values), unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:

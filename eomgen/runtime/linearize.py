@@ -163,6 +163,7 @@ def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Arra
     """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
     given = setting.given | {"z": state.z}
     if not model.multipliers:
+        _check_mass(model, state, setting)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
         lam = np.zeros(0)
     elif state.a is None:
@@ -181,6 +182,23 @@ def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Arra
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
     return a, lam
+
+
+def _check_mass(model: Model, state: State, setting: Setting) -> None:
+    """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the component."""
+    M = model.mass(state.q, parameters=setting.parameters)
+    sizes = np.sqrt(np.abs(np.diagonal(M)))
+    sizes[sizes == 0.0] = 1.0
+    if not np.all(np.isfinite(M)):
+        return
+    values, vectors = np.linalg.eigh(M / np.outer(sizes, sizes))
+    if values[0] > 0.0:
+        return
+    along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
+    how = "singular" if values[0] == 0.0 else "not positive definite"
+    used = ", ".join(f"{name} = {value:.6g}" for name, value in zip(model.parameters, setting.parameters, strict=True))
+    what = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
+    raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
 
 
 def _given_state(model: Model, given: Mapping[str, Any]) -> State:

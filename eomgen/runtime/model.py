@@ -15,6 +15,7 @@ from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
+from eomgen.runtime.demands import check_demands, demands_of
 from eomgen.runtime.derivatives import check_derivatives
 from eomgen.runtime.functions import DRIVERS
 from eomgen.runtime.internal_states import InternalStates
@@ -80,6 +81,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self._demands = demands_of(scene)
         self.beams = frozenset(body.name for body in scene.bodies if body.beam is not None)
         self.initial_q = np.array(layout["initial_q"], dtype=float)
         self.initial_v = np.array(layout["initial_v"], dtype=float)
@@ -299,8 +301,16 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     # -- arguments -----------------------------------------------------------------------------------------------------
 
     def parameter_array(self, parameters: Parameters = None) -> Array:
-        """Return tunable parameters as (..., np). Raises UsageError for unknown names, wrong shapes and non-finite values."""
-        return self._terms.parameters(parameters)
+        """Return tunable parameters as (..., np).
+
+        Raises
+        ------
+        UsageError
+            Unknown names, wrong shapes, values that are not finite, or at which a property of a beam is not what it must be.
+        """
+        array = self._terms.parameters(parameters)
+        check_demands(self._demands, self.scene, list(self.parameters), array)
+        return array
 
     def _one(self, term: str, **given: Any) -> Array:
         return self._terms.call(term, **given)[0]

@@ -251,6 +251,9 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
     if given.coordinates == "nodal" and meshed:
         if given.modes not in (None, size):
             report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes}", "no modes")
+        if size > written.MOST_NODAL:
+            what = f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the most"
+            report.add(f"{key}.elements", what, "modal coordinates, with modes = 3")
         return max(size, 1)
     if given.modes is None:
         report.add(key, "the key modes is missing", "modes = 3")

@@ -41,6 +41,10 @@ def read_calibration(
             if weight < 0.0:
                 report.add(f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative", "0 or more")
     _check_lists(key, written, count, values)
+    for place, (real, imaginary) in enumerate(written.poles or ()):
+        if real >= 0.0:
+            what = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0"
+            report.add(f"{key}.poles[{place}]", what, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
     return Calibration(
         method, written.at, written.position_weights or {}, written.velocity_weights or {}, written.signal_weights or {},

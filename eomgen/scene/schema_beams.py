@@ -13,6 +13,8 @@ from eomgen.scene.schema_values import Pair, Value, Values
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
+#: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and more.
+MOST_NODAL = 60
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
@@ -75,7 +77,9 @@ class Deformation(Table):
         shown_default="required for `finite_elements`",
     )
     coordinates: Literal["modal", "nodal"] | None = key(
-        "of `finite_elements`: the lowest modes of the mesh, or all its nodal displacements", None, shown_default="`modal`"
+        f"of `finite_elements`: the lowest modes of the mesh, or all its nodal displacements, up to {MOST_NODAL}",
+        None,
+        shown_default="`modal`",
     )
     normalisation: Normalisation = key("of the shape functions, see below", "natural")
     profile: Values = key(f"{_PROFILE} the stiffness", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)

@@ -47,6 +47,19 @@ def test_static_deflection_of_a_cantilever(scale: float) -> None:
     np.testing.assert_allclose(tip, [LENGTH, 0.0, -sinks], rtol=1e-9)
 
 
+@pytest.mark.parametrize("parameters", [{"EI": -1.0}, {"EI": 0.0}, [[STIFFNESS, DENSITY], [STIFFNESS, -1.0]]])
+def test_parameters_at_which_a_beam_is_none_are_refused(parameters: Any) -> None:
+    """Fixed values of these properties must be above 0, and so must what tunable parameters make of them."""
+    with pytest.raises(UsageError) as caught:
+        model().parameter_array(parameters)
+    where, what, at = (
+        ("beams.beam.bending_z", "stiffness of bending_z", f"{parameters['EI']:g} at EI = {parameters['EI']:g}")
+        if isinstance(parameters, dict)
+        else ("beams.beam", "mass per length", "-1 at mass_per_length = -1")
+    )
+    assert str(caught.value) == f"usage error: {where}: the {what} of beam beam is {at}; try: parameters at which it is above 0"
+
+
 def test_points_of_a_beam_are_those_of_the_scene() -> None:
     assert model().point("beam", [0, 0, 0], model().initial_q).position == pytest.approx([0, 0, 0])
     for ask in (model().point, model().point_jacobian):

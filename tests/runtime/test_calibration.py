@@ -430,3 +430,11 @@ def test_what_damping_makes_of_placed_modes_is_told() -> None:
 def test_modes_beyond_the_model() -> None:
     with pytest.raises(eomgen.DescriptionError, match="there is no mode 3: the model has 2; try: 1 to 2"):
         masses('method = "imsc"\neffort_weights = 1\nmodes = [1, 3]')
+
+
+def test_extreme_parameters_give_gains_without_a_word_from_numpy(recwarn: pytest.WarningsRecorder) -> None:
+    plant = Plant([[1e300]], [[0.0]], [[30.0]], [[1.0]])
+    found = lqr(plant, Weights.of(plant, position=400.0, effort=0.01))
+    k = np.sqrt(30.0**2 + 400.0 / 0.01) - 30.0  # (k + G)^2 = k^2 + weight / effort of one coordinate without damping
+    assert found.G_p[0, 0] == pytest.approx(k) and found.G_v[0, 0] == pytest.approx(np.sqrt(2.0 * k) * 1e150)
+    assert not recwarn.list

@@ -340,4 +340,21 @@ FAILURES = [
         ),
         more=_changed(("mass_per_length = 1.2", "mass_per_length = 1.2\norder = 3")),
     ),
+    Failure(
+        "A beam whose stiffness a parameter makes negative", 2,
+        (
+            "usage error: beams.blade.bending_y: the stiffness of bending_y of beam blade is -1000 at load = -1; try: "
+            "parameters at which it is above 0"
+        ),
+        command="linearize scene.toml --set load=-1",
+        more=_changed(("stiffness = 1.4e4", 'stiffness = "1000 * load"')),
+    ),
+    Failure(
+        "A mesh with too many nodal coordinates", 3,
+        (
+            "description error: scene.toml:36 (beams.blade.bending_y.elements): 31 elements have 62 nodal coordinates, and "
+            "60 are the most; try: modal coordinates, with modes = 3"
+        ),
+        more=_changed(("modes = 2,", 'shapes = "finite_elements", coordinates = "nodal", elements = 31,')),
+    ),
 ]

@@ -489,4 +489,23 @@ FAILURES = [
             "maximum_damping = 200"
         ),
     ),
+    Failure(
+        "Poles that do not decay", 3,
+        (
+            "description error: 2 problems\n"
+            "  1. scene.toml:39 (controllers.hold.calibration.poles[0]): the pole [1, 0] does not decay: its real part is "
+            "not below 0; try: [-1, 0]\n"
+            "  2. scene.toml:39 (controllers.hold.calibration.poles[1]): the pole [0, 0] does not decay: its real part is "
+            "not below 0; try: [-1, 0]"
+        ),
+        more=(
+            "[controllers.hold]\n"
+            'type = "state_feedback"\n'
+            'coordinates = ["shoulder"]\n'
+            "\n"
+            "[controllers.hold.calibration]\n"
+            'method = "pole_placement"\n'
+            "poles = [[1, 0], [0, 0]]"
+        ),
+    ),
 ]

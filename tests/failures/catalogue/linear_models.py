@@ -55,7 +55,23 @@ FAILURES = [
     Failure(
         "A response without a folder", 2,
         "usage error: eomgen linearize: there is no folder to draw roots or responses to; try: --out DIR",
-        command="linearize scene.toml --response motor:tip",
+        command="linearize scene.toml --response motor:tip[0]",
+    ),
+    Failure(
+        "A response without a folder, of an output that there is not", 2,
+        (
+            "usage error: frequency response: there is no output or state 'top'; try: one of tip[0], tip[1], tip[2], "
+            "shoulder, v.shoulder"
+        ),
+        command="linearize scene.toml --response motor:top",
+    ),
+    Failure(
+        "A linear model with a negative mass", 4,
+        (
+            "model error: linearize: the inertia matrix in this state is not positive definite along v.shoulder, "
+            "at load = -2; try: masses and inertias that bodies can have"
+        ),
+        command="linearize scene.toml --at initial --set load=-2",
     ),
     Failure(
         "A response of an output that there is not", 2,
