@@ -179,17 +179,21 @@ def _small(ratio: float) -> str:
 
 
 def _said(lin: Linearization) -> str:
+    import numpy as np  # noqa: PLC0415
+
     modes = lin.modes()
+    moving = np.any(lin.reference.v) and np.abs(lin.reference.a).max() > 1e-9  # steady motions keep their linear model
+    frozen = f", frozen at t = {lin.reference.t:.6g} s" if moving else ""
     match modes.stability:
         case "stable":
             slowest = -float(max(modes.eigenvalues.real))
-            return f"stable: every mode decays, the slowest with e^(-{slowest:.4g} t)"
+            return f"stable{frozen}: every mode decays, the slowest with e^(-{slowest:.4g} t)"
         case "unstable":
             k = int(modes.eigenvalues.real.argmax())
-            return f"unstable: mode {k + 1} grows with e^({modes.eigenvalues[k].real:.4g} t)"
+            return f"unstable{frozen}: mode {k + 1} grows with e^({modes.eigenvalues[k].real:.4g} t)"
         case _:
             count = int(sum(abs(modes.eigenvalues.real) <= modes.uncertainty))
-            return f"neither stable nor unstable: {counted(count, 'mode')} without decay or growth"
+            return f"neither stable nor unstable{frozen}: {counted(count, 'mode')} without decay or growth"
 
 
 def _span(lin: Linearization) -> tuple[float, float]:

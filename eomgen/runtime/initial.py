@@ -82,7 +82,8 @@ def _put(target: Array, part: slice, name: str, value: Any) -> None:
     array = numbers(name, value)
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
-        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed"))
+        hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""
+        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint))
     target[part] = array
 
 

@@ -21,6 +21,8 @@ Complex = NDArray[np.complex128]
 _MODES, _COORDINATES = 12, 14
 #: Roots of neighbouring values are joined by a line where they are nearer than this part of the figure.
 _JUMP = 0.08
+#: Real parts are zero below this part of an eigenvalue.
+_ROUNDING = 1e-9
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 
 
@@ -88,10 +90,12 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     norm = (LogNorm if logarithmic else Normalize)(low, high)
     figure = _figure((8.4, 6.0))
     axis = figure.subplots()
-    tolerance = 1e-9 * (1.0 + float(np.max(np.abs(locus.eigenvalues), initial=0.0)))
-    extent = float(np.ptp(locus.eigenvalues.real) + np.ptp(locus.eigenvalues.imag))
+    exact = np.abs(locus.eigenvalues.real) > _ROUNDING * np.abs(locus.eigenvalues)
+    eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
+    tolerance = _ROUNDING * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
+    extent = float(np.ptp(eigenvalues.real) + np.ptp(eigenvalues.imag))
     drawn = None
-    for root in locus.eigenvalues.T:
+    for root in eigenvalues.T:
         upper = root.imag >= -tolerance
         near = np.abs(np.diff(root)) <= _JUMP * extent  # where roots meet and part, a long line would show what is not there
         for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
@@ -104,13 +108,16 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
                 colour = {"edgecolors": "#C8102E"} if marker == "o" else {"color": "#C8102E"}
                 axis.scatter([root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour)
     axis.axvline(0.0, color="#222222", linewidth=1.0, zorder=1)
-    axis.set_xlabel("real part / (1/s)")
-    axis.set_ylabel("imaginary part / (rad/s)")
+    axis.set_xlabel("real part, 1/s")
+    axis.set_ylabel("imaginary part, rad/s")
     axis.margins(0.06)
+    if not np.any(eigenvalues.real):
+        height = float(np.abs(eigenvalues).max(initial=0.0)) or 1.0
+        axis.set_xlim(-0.1 * height, 0.1 * height)
     axis.grid(True, **_GRID)
     axis.set_axisbelow(True)
     if drawn is not None:
-        label = locus.parameter if unit in ("", "1") else f"{locus.parameter} / ({unit})"
+        label = locus.parameter if unit in ("", "1") else f"{locus.parameter}, {unit}"
         figure.colorbar(drawn, ax=axis, label=label)
     first, last = locus.values[0], locus.values[-1]
     axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")
@@ -122,6 +129,8 @@ def draw_responses(
     frequencies: Array, responses: Mapping[tuple[str, str], Complex], units: Mapping[str, str], title: str, path: Path
 ) -> Path:
     """Draw magnitude and phase of each response over the frequency in Hz; one column for each."""
+    from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
+
     figure = _figure((6.2 * len(responses) + 0.4, 6.4))
     axes = figure.subplots(2, len(responses), squeeze=False, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
     for column, ((of_input, output), values) in zip(axes.T, responses.items(), strict=True):
@@ -131,12 +140,16 @@ def draw_responses(
             magnitude.loglog(frequencies, np.where(size > 0.0, size, np.nan), color="#0B62C4", linewidth=1.4)
         else:
             magnitude.semilogx(frequencies, size, color="#0B62C4", linewidth=1.4)
-        phase.semilogx(frequencies, np.degrees(np.unwrap(np.angle(values))), color="#0B62C4", linewidth=1.4)
+        angles = np.degrees(np.unwrap(np.angle(values)))
+        phase.semilogx(frequencies, angles, color="#0B62C4", linewidth=1.4)
+        middle, half = 0.5 * (angles.max() + angles.min()), max(0.55 * np.ptp(angles), 100.0)
+        phase.set_ylim(middle - half, middle + half)
         over = _ratio(units.get(output, ""), units.get(of_input, ""))
-        magnitude.set_ylabel("magnitude" + (f" in {over}" if over else ""))
+        magnitude.set_ylabel("magnitude" + (f", {over}" if over else ""))
         magnitude.set_title(f"{output} for {of_input}", fontsize=10, loc="left")
-        phase.set_ylabel("phase / °")
-        phase.set_xlabel("frequency / Hz")
+        phase.set_ylabel("phase, °")
+        phase.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(phase.get_ylim()) <= 540.0 else 180.0))
+        phase.set_xlabel("frequency, Hz")
         phase.set_xlim(frequencies[0], frequencies[-1])
         for axis in column:
             axis.grid(True, which="both", **_GRID)

@@ -148,7 +148,7 @@ def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
     for axis in axes[len(shown) :]:
         axis.set_visible(False)
     for axis in axes[max(0, len(shown) - columns) : len(shown)]:
-        axis.set_xlabel("time / s")
+        axis.set_xlabel("time, s")
         axis.tick_params(labelbottom=True)
     figure.align_ylabels(list(axes[: len(shown)]))
     hidden = sum(len(panel) for panel in panels[_PANELS:])
@@ -187,7 +187,7 @@ def _label(panel: Sequence[Curve], alone: bool) -> str:
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
     what = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
-    return what if first.unit in ("", "1") else f"{what} / {first.unit}"
+    return what if first.unit in ("", "1") else f"{what}, {first.unit}"
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

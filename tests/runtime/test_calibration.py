@@ -415,6 +415,11 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
         model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
 
 
+def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
+    with pytest.raises(eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"):
+        model_of(MAST).simulate(0.1, initial={"mast": 0.01})
+
+
 def test_what_damping_makes_of_placed_modes_is_told() -> None:
     """The coupling by damping is read from the matrices, apart from what is said of it."""
     text = MASSES.replace("stiffness = 40, damping = 0.2", "stiffness = 40, damping = 12")

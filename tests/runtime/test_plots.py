@@ -58,7 +58,7 @@ def test_axes_carry_quantities_and_legends_stay_outside() -> None:
         axis, np.linspace(0, 1, 5), [plots.Curve("q.hinge", "rad", np.arange(5.0)), plots.Curve("q.knee", "rad", np.zeros(5))]
     )
     canvas.draw()
-    assert axis.get_ylabel() == "angle / rad"
+    assert axis.get_ylabel() == "angle, rad"
     assert [text.get_text() for text in axis.get_legend().get_texts()] == ["q.hinge", "q.knee"]
     assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
 
@@ -76,15 +76,15 @@ def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> Non
         return plots.Curve(name, "m", np.arange(5.0), quantity, output, description)
 
     alone = panel_of(curve("road[0]", "road", "under the wheels"), curve("road[1]", "road", "under the wheels"))
-    assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road / m")
+    assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road, m")
     shared = panel_of(curve("road[0]", "road", "under the wheels"), curve("travel", "travel", "of the front spring"))
-    assert (shared.get_title(loc="left"), shared.get_ylabel()) == ("", "length / m")
+    assert (shared.get_title(loc="left"), shared.get_ylabel()) == ("", "length, m")
     assert [text.get_text() for text in shared.get_legend().get_texts()] == [
         "road[0]: under the wheels",
         "travel: of the front spring",
     ]
-    assert panel_of(curve("tip[0]", "tip", "", "position")).get_ylabel() == "position / m"
-    assert panel_of(plots.Curve("grip", "N", np.zeros(5), "", "grip")).get_ylabel() == "grip / N"
+    assert panel_of(curve("tip[0]", "tip", "", "position")).get_ylabel() == "position, m"
+    assert panel_of(plots.Curve("grip", "N", np.zeros(5), "", "grip")).get_ylabel() == "grip, N"
     assert panel_of(plots.Curve("ratio", "", np.zeros(5), "", "ratio")).get_ylabel() == "ratio"
 
 
