@@ -106,8 +106,14 @@ def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals:
 GROSS = 0.1
 
 
-def doubts(statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float, jumps: ArrayLike = ()) -> str:
-    """Return what speaks against a run that reached its end, with what to try; empty when nothing does."""
+def doubts(
+    statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float, jumps: ArrayLike = (),
+    cause: Callable[[], str] = str,
+) -> str:  # fmt: skip
+    """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
+
+    ``cause`` looks for a cause other than too large a step, asked only where there are doubts; its text says what to try.
+    """
     found = []
     halvings = int(statistics.get("halvings", 0))
     if halvings:
@@ -115,7 +121,7 @@ def doubts(statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array
     share = energy_error(t, energy, jumps)
     if share > GROSS:
         found.append(f"the energy is out of balance by {100.0 * share:.3g} % of the energies at work")
-    return f"{', and '.join(found)}; try: a step smaller than {step:.3g} s" if found else ""
+    return f"{', and '.join(found)}; {cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
 def energy_error(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = ()) -> float:

@@ -66,6 +66,24 @@ def beyond_order(model: Model, q: Array, p: Array) -> Sequence[str]:
     return tuple(guilty or (factor.name for factor in factors))
 
 
+def beyond_order_in_run(model: Model, t: Array, q: Array, p: Array) -> str:
+    """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none does.
+
+    Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
+    """
+    first = {body.name for body in model.scene.bodies if body.beam is not None and body.beam.order == 1}
+    places = [factor.q for factor in model.factors if factor.name in first]
+    if not places:
+        return ""
+    rows = {int(np.argmax(np.linalg.norm(q[:, place], axis=1))) for place in places} | {len(t) - 1}
+    for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
+        if beams := beyond_order(model, q[row], p):
+            named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
+            what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond what order = 1 is for"
+            return f"{what}: the inertia matrix is not positive definite; try: order = 2"
+    return ""
+
+
 def _definite(model: Model, q: Array, p: Array) -> bool:
     smallest = _smallest(model, q, p)
     return smallest is not None and smallest > 0.0

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite
-from eomgen.runtime.indefinite import indefinite_mass
+from eomgen.runtime.indefinite import beyond_order_in_run, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
@@ -196,7 +197,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
     jumps = model.discontinuity_times(float(t[0]), float(t[-1]), order=0) if len(t) else ()
-    if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps)):
+    cause = partial(beyond_order_in_run, model, t, q, p)
+    if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps, cause)):
         message = f"{message}; {doubt}"
     warnings = warnings_of(run.method, bool(model.multipliers))
     message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]

@@ -60,6 +60,24 @@ def test_parameters_at_which_a_beam_is_none_are_refused(parameters: Any) -> None
     assert str(caught.value) == f"usage error: {where}: the {what} of beam beam is {at}; try: parameters at which it is above 0"
 
 
+def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:
+    scene: dict[str, Any] = {
+        "format": 1,
+        "name": "hinged",
+        "beams": {"b": {"length": 1, "mass_per_length": 1, "bending_y": {"modes": 3, "stiffness": 100}}},
+        "bodies": {"tip": {"mass": 0.3}},
+        "joints": {
+            "c": {"type": "revolute", "axis": [0, 0, 1], "parent": "base", "child": "b"},
+            "m": {"type": "fixed", "parent": "b", "child": "tip", "position": [0.5, 0, 0]},
+        },
+    }
+    run = eomgen.build(scene).simulate(0.2, 1e-3, initial={"c": 0, "b": [0.05, -0.04, 0.04]})
+    assert run.success and "the energy is out of balance" in run.message
+    assert run.message.endswith(
+        "the deflection of beam b is beyond what order = 1 is for: the inertia matrix is not positive definite; try: order = 2"
+    )
+
+
 def test_points_of_a_beam_are_those_of_the_scene() -> None:
     assert model().point("beam", [0, 0, 0], model().initial_q).position == pytest.approx([0, 0, 0])
     for ask in (model().point, model().point_jacobian):
