@@ -23,6 +23,12 @@ ORDERS_PER_FOLD = 0.65
 SAFETY = 0.1
 #: Steps of the time grid that one series may be used for, however small its last coefficients are: they may vanish by symmetry.
 LONGEST = 256.0
+#: A series is used for so many times the length of the one before at most.
+GROWTH = 8.0
+#: Series within one row before the run stops: a call of compiled code hears no Ctrl-C.
+MOST_EXPANSIONS = 100_000
+#: The smallest tolerance that is taken; below 1e-16 steps only become shorter.
+SMALLEST_TOLERANCE = 1e-20
 #: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end of a step.
 DEFECT = 10.0
 #: The tolerance below which round-off of accelerations hides what they are tested for.
@@ -59,6 +65,9 @@ class Taylor:
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
             what = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
             raise UsageError(Problem("tolerance", what, "1e-10, or 0 for steps of the time grid"))
+        if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
+            what = f"the tolerance {self.tolerance:g} is far below what double precision can tell"
+            raise UsageError(Problem("tolerance", what, "1e-16 or more, or 0 for steps of the time grid"))
         if self.order == 0:
             if self.tolerance == 0.0:
                 what = "without a tolerance, the series needs an order"
@@ -87,6 +96,8 @@ def taylor_data(method: Taylor) -> dict[str, Any]:
         "defect": DEFECT,
         "round_off": ROUND_OFF,
         "attempts": ATTEMPTS,
+        "growth": GROWTH,
+        "most_expansions": MOST_EXPANSIONS,
         "input_times": [0.0, 1.0],
         "rows_per_step": 1,
     }

@@ -165,6 +165,8 @@ def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
 def advice(status_text: str, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
     smaller = f"a step smaller than {settings['step']:.3g} s"
+    if "stiff" in status_text:
+        return "generalized_alpha, a larger tolerance, or shorter rows"
     if settings.get("tolerance", 0.0) > 0.0:  # its steps are its own
         return "the forces and formulas near that time, or another method"
     if "singular" in status_text:

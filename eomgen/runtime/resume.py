@@ -74,13 +74,13 @@ def resume(
         saved.check(file, model.name, model.library)
     library = stepper_library(model, said["method"])
     saved.check(file, model.name, library)
-    settings = {name: float(value) for name, value in said["settings"].items()}
+    settings = _in_order(said["settings"], library.layout["method"])
     p = model.parameter_array({name: said["parameters"][name] for name in model.parameters})
     _same_parameters(model, p, parameters)
     start, step = float(said["t_start"]), settings["step"]
     end = float(said["t_end"]) if t_end is None else number_of("t_end", t_end)
     steps = steps_between(start, end, step)
-    stepper = Stepper(library, _in_order(settings, library.layout["method"]), p)
+    stepper = Stepper(library, settings, p)
     stepper.restore(saved.state, saved.workspace)
     if steps < stepper.count:
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
@@ -150,4 +150,4 @@ def _goes_on(known: Array, given: Signal) -> bool:
 
 def _in_order(settings: Mapping[str, float], data: Mapping[str, object]) -> dict[str, float]:
     """Return settings in the order of the flat array, which JSON does not keep."""
-    return {name: settings[name] for name in default_settings(data)}
+    return {name: float(settings[name]) for name in default_settings(data)}

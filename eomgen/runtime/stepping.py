@@ -23,7 +23,7 @@ Progress = Callable[[int, int], None]
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1
-_FIRST_CHUNK = 16
+_FIRST_CHUNK = 1
 _LARGEST_CHUNK = 1_000_000
 
 

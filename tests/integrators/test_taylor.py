@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.special import ellipj, ellipk
+from scipy.special import ellipj, ellipk, erf
 
 import eomgen
 from eomgen.errors import EomgenError
@@ -89,9 +92,7 @@ def error(made: eomgen.Model, solution: eomgen.Solution, exact: tuple[Array, Arr
 def test_order_of_fixed_steps(name: str, order: int) -> None:
     made, exact = model(name), reference(name, 0.8)
     steps = {2: (400, 800), 3: (200, 400), 4: (80, 160), 6: (32, 64)}[order]
-    errors = [
-        error(made, made.simulate(0.8, 0.8 / count, method="taylor", order=order, tolerance=0), exact) for count in steps
-    ]
+    errors = [error(made, made.simulate(0.8, 0.8 / count, method="taylor", order=order, tolerance=0), exact) for count in steps]
     slope = np.log(errors[0] / errors[1]) / np.log(steps[1] / steps[0])
     assert errors[1] > 1e-12, "round-off would hide the order"
     assert slope == pytest.approx(order, abs=0.2)
@@ -267,6 +268,11 @@ BAD = [
         "tolerance: the tolerance must lie in 0..0.1, not -1e-09; try: 1e-10, or 0 for steps of the time grid",
     ),
     (
+        {"tolerance": 1e-300},
+        "tolerance: the tolerance 1e-300 is far below what double precision can tell; try: 1e-16 or more, or 0 for steps of the "
+        "time grid",
+    ),
+    (
         {"tolerance": 0},
         "order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the order follows",
     ),
@@ -326,6 +332,72 @@ def test_a_false_small_coefficient_is_found_out() -> None:
     assert solution.q[-1, 0] == pytest.approx(1.5**26 / (25 * 26), rel=1e-6)
 
 
+SOFT: dict[str, tuple[str, Callable[[float], float]]] = {
+    "wall": ("-100 * exp((q.rail - 1) / 0.01)", lambda x: -100 * float(np.exp((x - 1) / 0.01))),
+    "soft step": ("-5 * (1 + tanh((q.rail - 1) / 0.02))", lambda x: -5 * (1 + float(np.tanh((x - 1) / 0.02)))),
+}
+
+
+@pytest.mark.parametrize("said", SOFT)
+@pytest.mark.parametrize("spacing", [0.5, 0.1, 0.01])
+def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
+    formula, force = SOFT[said]
+    builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("ball", 1.0)
+    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0], initial={"velocity": 1.0})
+    made = eomgen.build(builder.effort("push", "rail", formula).build(), method="taylor")
+    solution = made.simulate(2.0, spacing, method="taylor")
+    assert solution.success, solution.message
+    way = solve_ivp(lambda t, y: [y[1], force(y[0])], (0, 2), [0, 1], "DOP853", rtol=1e-13, atol=1e-13, max_step=1e-3)
+    assert solution.q[-1, 0] == pytest.approx(way.y[0, -1], abs=1e-9)
+    assert solution.v[-1, 0] == pytest.approx(-1.0, abs=1e-9)
+    assert solution.at(way.t).q[:, 0] == pytest.approx(way.y[0], abs=1e-9)
+    assert solution.stats["expansions"] < 60
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
+@pytest.mark.parametrize("place", [0.8, 0.837, 0.861])
+@pytest.mark.parametrize("width", [0.02, 0.03, 0.05, 0.08, 0.2])
+def test_pulses_a_fifth_of_a_row_wide(width: float, place: float, tolerance: float) -> None:
+    solution = pulsed().simulate(1.6, 0.1, method="taylor", tolerance=tolerance, parameters={"width": width, "place": place})
+    assert solution.success, solution.message
+    push = [erf((t - place) / width) / 2 + erf(place / width) / 2 for t in solution.t]
+    assert np.abs(solution.v[:, 0] - push).max() < 1e3 * tolerance
+    assert solution.stats["expansions"] < 120
+
+
+@cache
+def pulsed() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("pulsed", gravity=[0, 0, 0]).body("ball", 1.0)
+    builder.parameter("width", 0.02, tunable=True).parameter("place", 0.8, tunable=True)
+    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0])
+    return eomgen.build(
+        builder.effort("push", "rail", "exp(-((t - place) / width)**2) / (width * sqrt(pi))").build(), method="taylor"
+    )
+
+
+ENDLESS: list[dict[str, Any]] = [{"order": 2, "tolerance": 1e-16}, {"order": 3, "tolerance": 1e-20}]
+
+
+@pytest.mark.parametrize("options", ENDLESS)
+def test_a_row_that_would_not_end_stops_the_run(options: dict[str, Any]) -> None:
+    solution = model("pendulum").simulate(1.0, 0.1, method="taylor", **options)
+    assert not solution.success
+    assert solution.message == (
+        "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or the "
+        "tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter rows"
+    )
+
+
+def test_an_interrupt_between_slow_rows_is_heard() -> None:
+    def progress(done: int, total: int) -> None:
+        if done == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    solution = model("pendulum").simulate(1.0, 1e-5, method="taylor", order=2, tolerance=1e-16, progress=progress)
+    assert solution.interrupted
+    assert len(solution.t) == 2
+
+
 def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     made = model("flyer")
     whole = made.simulate(1.0, 0.01, method="taylor")
@@ -334,6 +406,26 @@ def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     assert np.array_equal(second.q, whole.q[37:])
     assert np.array_equal(second.a, whole.a[37:])
     assert second.stats["expansions"] == whole.stats["expansions"]
+
+
+def test_states_between_rows_of_a_resumed_run(tmp_path: Path) -> None:
+    made, times = model("pendulum"), np.linspace(0.0, 1.0, 23)
+    whole = made.simulate(1.0, 0.1, method="taylor")
+    first = made.simulate(0.4, 0.1, method="taylor", checkpoint=tmp_path / "run.ckpt")
+    second = made.resume(tmp_path / "run.ckpt", 1.0)
+    assert list(second.metadata["settings"]) == list(first.metadata["settings"])
+    late = times >= 0.4
+    assert np.array_equal(second.at(times[late]).q, whole.at(times[late]).q)
+    assert np.array_equal(first.followed_by(second).at(times).q, whole.at(times).q)
+
+
+def test_the_only_row_of_a_run_without_steps_is_a_state() -> None:
+    solution = model("pendulum").simulate(0.0, 0.1, method="taylor")
+    found = solution.at([0.0])
+    assert np.array_equal(found.q, solution.q)
+    assert np.array_equal(found.a, solution.a)
+    with pytest.raises(EomgenError, match="at: the solution has 1 row, two are needed"):
+        solution.at([0.1])
 
 
 @pytest.mark.parametrize("name", SCENES)

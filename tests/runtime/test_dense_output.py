@@ -166,7 +166,7 @@ def test_what_has_no_state_is_refused() -> None:
         with pytest.raises(eomgen.UsageError, match=re.escape(text)):
             run.at(t)
     with pytest.raises(eomgen.UsageError, match="at: the solution has 1 row, two are needed"):
-        pendulum().simulate(0.0, 0.01).at(0.0)
+        pendulum().simulate(0.0, 0.01).at(0.01)
     bare = replace(run, metadata={})
     with pytest.raises(eomgen.UsageError, match="does not say which groups its coordinates are of"):
         bare.at(0.01)

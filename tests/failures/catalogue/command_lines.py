@@ -135,6 +135,23 @@ FAILURES = [
         command="simulate scene.toml --out out --method taylor --tolerance -1e-6",
     ),
     Failure(
+        "A tolerance that no number can show", 2,
+        (
+            "usage error: tolerance: the tolerance 1e-30 is far below what double precision can tell; try: 1e-16 or more, or 0 "
+            "for steps of the time grid"
+        ),
+        command="simulate scene.toml --out out --method taylor --tolerance 1e-30",
+    ),
+    Failure(
+        "Taylor steps too short to reach the next row", 6,
+        (
+            "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or the "
+            "tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter rows\n"
+            "written to out: solution.npz, solution.csv, summary.json"
+        ),
+        command="simulate scene.toml --out out --method taylor --tolerance 1e-16 --order 2 --step 0.1 --t-end 1 --no-plots",
+    ),
+    Failure(
         "Fixed Taylor steps without an order", 2,
         (
             "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the "
