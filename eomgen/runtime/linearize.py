@@ -163,7 +163,8 @@ def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Arra
     """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
     given = setting.given | {"z": state.z}
     if not model.multipliers:
-        _check_mass(model, state, setting)
+        if state.a is None or state.what != "given state":
+            _check_mass(model, state, setting)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
         lam = np.zeros(0)
     elif state.a is None:
