@@ -70,7 +70,7 @@ def differences(form: Form, engine: Engine, state: Blocks) -> Differences:
 
 def _last_place(form: Form, engine: Engine, state: Blocks) -> Array:
     """Return what the last place of a state's largest number is worth, (S, 1, 1): smaller changes go unnoticed."""
-    assert form.source is not None
+    assert form.source is not None  # said for mypy: only forms that are compared with differences come here
     with np.errstate(all="ignore"):
         largest = np.max(np.abs(np.nan_to_num(form.source(engine, state))), axis=-1, initial=0.0)
     return np.asarray(2.0 * np.finfo(float).eps * largest[..., np.newaxis, np.newaxis])
@@ -103,7 +103,7 @@ def _in_parts(form: Form, engine: Engine, state: Blocks) -> Iterator[dict[str, A
 
 def _of_states(form: Form, engine: Engine, state: Blocks) -> tuple[Array, Array]:
     """Return central differences (K, S, R, C), and one-sided ones (2, K, S, R, C)."""
-    assert form.source is not None and form.directions is not None
+    assert form.source is not None and form.directions is not None  # as above
     rates, around = form.directions(state), spread(state)
     here = form.source(engine, state)[..., np.newaxis, :]
     central, backward, forward = [], [], []
@@ -125,7 +125,7 @@ def combined(form: Form, engine: Engine, state: Blocks, by_direction: Array) -> 
 
 def complex_steps(form: Form, engine: Engine, tape: Engine, state: Blocks) -> Array:
     """Return a form's derivatives by complex steps on the tape, (S, R, C)."""
-    assert form.source is not None and form.directions is not None
+    assert form.source is not None and form.directions is not None  # as above
     rates, around = form.directions(state), spread(state)
     with np.errstate(all="ignore"):
         values = form.source(tape, moved(tape, around, rates, 1j * COMPLEX_STEP))

@@ -24,10 +24,17 @@ def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> symp
     """Replace monomials of the fields' components by integrals over the mass: ``f0 s1`` becomes the symbol ``f0s1``."""
     components = [component for field in fields for component in field]
     total = sympy.Integer(0)
-    for powers, coefficient in sympy.Poly(sympy.expand(integrand), *components).terms():
+    for powers, coefficient in sympy.Poly(sympy.expand(integrand), *components).terms():  # of three-vectors
         factors = [c.name for c, power in zip(components, powers, strict=True) for _ in range(power)]
         total += coefficient * sympy.Symbol("".join(factors))
     return total
+
+
+def _with_coriolis_halved(found: sympy.Expr) -> sympy.Expr:
+    """Write 2 w x s' with one multiplication by two; a handful of products are expanded, so that they can be collected by w."""
+    rest = found.subs(dict.fromkeys(_W, 0))
+    coriolis = sympy.collect(sympy.expand((found - rest) / 2), list(_W))
+    return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)
 
 
 @cache
@@ -43,8 +50,7 @@ def relative_motion_kernel() -> Kernel:
     for vector in (_S.cross(acceleration), acceleration):
         for component in vector:
             found = _integrated(component, (_V, _R, _S))
-            coriolis = sympy.collect(sympy.expand((found - found.subs(dict.fromkeys(_W, 0))) / 2), list(_W))
-            results.append(sympy.Add(sympy.Mul(2, coriolis, evaluate=False), found.subs(dict.fromkeys(_W, 0)), evaluate=False))
+            results.append(_with_coriolis_halved(found))
     return Kernel(tuple(results))
 
 
@@ -58,8 +64,7 @@ def elastic_row_kernel() -> Kernel:
     U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
     work = _PHI.dot(A + U * _S + 2 * _W.cross(_V) + _R)
     found = _integrated(work, (_PHI, _S, _V, _R))
-    coriolis = sympy.collect(sympy.expand((found - found.subs(dict.fromkeys(_W, 0))) / 2), list(_W))
-    return Kernel((sympy.Add(sympy.Mul(2, coriolis, evaluate=False), found.subs(dict.fromkeys(_W, 0)), evaluate=False),))
+    return Kernel((_with_coriolis_halved(found),))
 
 
 @cache
