@@ -1,5 +1,5 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
-# make test   passes the tests
+# make test   passes the tests: one witness of each kind; make test-all runs the others
 # Each makes its own virtual environment in .venv and installs what it needs.
 
 PYTHON ?= python3
@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test browser lint types golden bench clean
+.PHONY: demo test test-all browser lint types golden bench clean
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -37,7 +37,10 @@ browser: $(VENV)/installed-test
 
 test: $(VENV)/installed-test browser
 	$(BIN)/eomgen doctor --quiet
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto -m "not slow"
+
+test-all: $(VENV)/installed-test browser
+	$(BIN)/python -m pytest -n auto -m slow
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
