@@ -1,4 +1,4 @@
-"""Gives every test its own reproducible random numbers."""
+"""Gives every test its own reproducible random numbers, and tests of the second tier their mark."""
 
 from __future__ import annotations
 
@@ -6,6 +6,18 @@ import zlib
 
 import numpy as np
 import pytest
+
+from tests.tiers import is_slow, stale_entries
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if is_slow(item.nodeid):
+            item.add_marker(pytest.mark.slow)
+    whole_files = not any("::" in argument for argument in config.args)
+    if whole_files and (stale := stale_entries([item.nodeid for item in items])):
+        raise pytest.UsageError(f"tests/tiers.py names what is not there: {'; '.join(stale)}")
 
 
 @pytest.fixture

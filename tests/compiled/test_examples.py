@@ -19,12 +19,7 @@ from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states
 
 ROOT = Path(__file__).parents[2]
-#: A tree, a group, a loop, absolute coordinates with states: one witness of each kind for `make test`.
-WITNESSES = {"quarter_car/scene.toml", "heavy_top/r3xso3.toml", "four_bar/scene.toml"}
-SCENES = [
-    scene if scene in WITNESSES else pytest.param(scene, marks=pytest.mark.slow)
-    for scene in sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml"))
-]
+SCENES = sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml"))
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 #: Relative to the largest entry: a few hundred roundings of each type.

@@ -1,0 +1,91 @@
+"""Which tests only `make test-all` runs: large samples of something of which `make test` runs a witness.
+
+One table. A key is a test function, or a file; its value is what of its parametrisation stays in the first tier (ids in full).
+Tests marked `slow` where they are written are of the second tier as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+SLOW: dict[str, tuple[str, ...]] = {
+    "benchmarks/test_multibody_scripts.py": (),
+    "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
+    "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
+    "codegen/test_rolling.py::test_the_text_of_a_chain_does_not_grow_with_its_links": ("coupling",),
+    "compiled/test_examples.py::test_four_number_types_agree_on_every_function": ("quarter_car/scene.toml", "four_bar/scene.toml"),
+    "compiled/test_examples.py::test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does": (
+        "quarter_car/scene.toml", "heavy_top/r3xso3.toml", "four_bar/scene.toml",
+    ),
+    "compiled/test_force_elements.py::test_four_number_types_agree_on_force_elements": (),
+    "docs/test_docs.py::test_python_runs": ("python.md",),
+    "examples/test_elastic_full_car.py": (),
+    "examples/test_elastic_pendulum.py::test_what_order_and_stiffening_change": (),
+    "examples/test_elastic_vehicle.py::test_runs_are_sums_of_harmonic_responses": ("passive",),
+    "examples/test_elastic_vehicle.py::test_simulated_values_are_near_the_stationary_ones": (),
+    "examples/test_machines.py::test_both_coordinates_place_the_last_body_as_the_closed_form_does": ("slider_crank_planar",),
+    "examples/test_rotations.py::test_hanging_chain_reaches_the_tip_of_another_engine": (),
+    "examples/test_small_examples.py::test_commands_of_the_readme_run": ("quarter_car", "heavy_top", "spin_up_beam"),
+    "examples/test_small_examples.py::test_each_scene_runs_as_it_says": (
+        "quarter_car/scene.toml", "heavy_top/se3.toml", "slider_crank_planar/scene.toml", "spin_up_beam/scene.toml",
+    ),
+    "integrators/test_constrained.py::test_c_gives_what_numpy_gives": ("links-stabilised-F0", "chain-stabilised-F0"),
+    "integrators/test_constrained.py::test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form": ("trapezoidal",),
+    "integrators/test_named_cases.py::test_order_two_on_every_group": ("SE3-wbz-9/25", "R-hht-121/400"),
+    "integrators/test_partitioned.py::test_every_kind_of_constraint_meets_what_generalized_alpha_tends_to": (),
+    "linear/test_linearize.py::test_large_trees_are_linearised_on_request": (),
+    "linear/test_neighbouring_motions.py::test_neighbouring_motions": (),
+    "linear/test_rotating_beam.py::test_frequencies": ("0-0-flap0-lag0",),
+    "mechanics/test_absolute.py::test_same_accelerations_of_points": (
+        "3-SE3-resting", "3-R3xSO3-resting", "3-mixed-resting",
+    ),
+    "mechanics/test_beam_equations.py::test_every_term_is_that_of_many_points": ("scene0-points_of_single", "scene4-points_of_single"),
+    "mechanics/test_beam_equations.py::test_order_1_is_the_whole_truncated_at_second_order": ("modes0-False",),
+    "mechanics/test_closed_form.py::test_closed_form_recursion_and_complex_step_on_random_trees": tuple(str(k) for k in range(8)),
+    "mechanics/test_constraints.py::test_energy_changes_by_the_powers_only": ("1-translating-absolute", "1-translating-joint"),
+    "mechanics/test_rates.py::test_every_derivative_is_that_of_the_one_before": ("elastic",),
+    "mechanics/test_rates.py::test_recursion_against_jets_of_the_operations_of_tau": ("random 0", "random 1", "states, absolute"),
+    "mechanics/test_shape_families.py::test_frequencies_of_uniform_beams": (
+        "polynomial-bending_y-clamped_free", "finite_elements-bending_y-clamped_free",
+    ),
+    "mechanics/test_urdf_robots.py::test_the_page_says_what_is_found": (),
+    "runtime/test_beams.py::test_a_beam_in_free_flight_keeps_its_momenta": ("1",),
+    "runtime/test_chains.py": (),
+    "runtime/test_internal_states.py::test_long_trees_carry_states": (),
+    "runtime/test_large_models.py": (),
+    "runtime/test_long_run.py::test_a_four_bar_keeps_its_loop_and_loses_energy_by_the_order_only": ("joint",),
+    "scene/test_scene_files.py::test_hostile_sizes_end_soon": (),
+    "studies/test_check_of_examples.py::test_every_closed_form_of_an_example_agrees": (
+        "quarter_car/scene.toml", "heavy_top/se3.toml", "four_bar/scene.toml",
+    ),
+    "studies/test_planted_errors.py::test_an_error_in_a_derivation_is_found_in_the_compiled_model": (),
+}
+
+
+def stale_entries(collected: Sequence[str]) -> list[str]:
+    """Return the entries of the table that name no test, or a witness that is none, of the files that were collected."""
+    names = [_split(nodeid) for nodeid in collected]
+    files = {path for path, _, _ in names}
+    stale = []
+    for key, witnesses in SLOW.items():
+        if key.partition("::")[0] not in files:
+            continue
+        parameters = {parameter for path, name, parameter in names if key in (path, name)}
+        stale += [f"{key}[{witness}]" for witness in witnesses if witness not in parameters]
+        stale += [] if parameters else [key]
+    return stale
+
+
+def is_slow(nodeid: str) -> bool:
+    """Return whether a test, named as pytest does, is of the second tier by the table."""
+    path, name, parameters = _split(nodeid)
+    for key in (name, path):
+        if key in SLOW:
+            return parameters not in SLOW[key]
+    return False
+
+
+def _split(nodeid: str) -> tuple[str, str, str]:
+    """Return the file, the file and function, and the parameters of a test."""
+    name, _, parameters = nodeid.removeprefix("tests/").partition("[")
+    return name.partition("::")[0], name, parameters.removesuffix("]")
