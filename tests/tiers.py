@@ -13,7 +13,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
     "codegen/test_rolling.py::test_the_text_of_a_chain_does_not_grow_with_its_links": ("coupling",),
-    "compiled/test_examples.py::test_four_number_types_agree_on_every_function": ("quarter_car/scene.toml", "four_bar/scene.toml"),
+    "compiled/test_examples.py::test_four_number_types_agree_on_every_function": (
+        "quarter_car/scene.toml", "four_bar/scene.toml",
+    ),
     "compiled/test_examples.py::test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does": (
         "quarter_car/scene.toml", "heavy_top/r3xso3.toml", "four_bar/scene.toml",
     ),
@@ -30,7 +32,9 @@ SLOW: dict[str, tuple[str, ...]] = {
         "quarter_car/scene.toml", "heavy_top/se3.toml", "slider_crank_planar/scene.toml", "spin_up_beam/scene.toml",
     ),
     "integrators/test_constrained.py::test_c_gives_what_numpy_gives": ("links-stabilised-F0", "chain-stabilised-F0"),
-    "integrators/test_constrained.py::test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form": ("trapezoidal",),
+    "integrators/test_constrained.py::test_named_cases_keep_order_two_and_the_constraints_in_the_stabilised_form": (
+        "trapezoidal",
+    ),
     "integrators/test_named_cases.py::test_order_two_on_every_group": ("SE3-wbz-9/25", "R-hht-121/400"),
     "integrators/test_partitioned.py::test_every_kind_of_constraint_meets_what_generalized_alpha_tends_to": (),
     "linear/test_linearize.py::test_large_trees_are_linearised_on_request": (),
@@ -39,7 +43,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "mechanics/test_absolute.py::test_same_accelerations_of_points": (
         "3-SE3-resting", "3-R3xSO3-resting", "3-mixed-resting",
     ),
-    "mechanics/test_beam_equations.py::test_every_term_is_that_of_many_points": ("scene0-points_of_single", "scene4-points_of_single"),
+    "mechanics/test_beam_equations.py::test_every_term_is_that_of_many_points": (
+        "scene0-points_of_single", "scene4-points_of_single",
+    ),
     "mechanics/test_beam_equations.py::test_order_1_is_the_whole_truncated_at_second_order": ("modes0-False",),
     "mechanics/test_closed_form.py::test_closed_form_recursion_and_complex_step_on_random_trees": tuple(str(k) for k in range(8)),
     "mechanics/test_constraints.py::test_energy_changes_by_the_powers_only": ("1-translating-absolute", "1-translating-joint"),
