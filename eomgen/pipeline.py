@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -139,10 +140,16 @@ def build(
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
+
+    Warns
+    -----
+    RuntimeWarning
+        Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
     _check_terms(terms)
     from eomgen.runtime.methods import terms_of  # noqa: PLC0415
     from eomgen.runtime.model import Model  # noqa: PLC0415
+    from eomgen.scene.unresisted import UNRESISTED  # noqa: PLC0415
 
     scene = as_scene(scene)
     if real not in ("double", "float"):
@@ -161,6 +168,9 @@ def build(
     def built(others: Sequence[str]) -> Model:
         return build(scene, others, method=method, profile=profile, real=real)
 
+    for note in library.layout["notes"] if "forward_dynamics" in there else ():
+        if note.startswith(UNRESISTED):
+            warnings.warn(f"{scene.name}: {note}", RuntimeWarning, stacklevel=2)
     return Model(scene, library, stepper, start, built, _gains_of(scene))
 
 

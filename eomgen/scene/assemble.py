@@ -42,6 +42,7 @@ from eomgen.scene.signals import read_input, read_state
 from eomgen.scene.springs_and_forces import read_effort, read_force, read_spring, read_torsion_spring
 from eomgen.scene.tree import Link, ordered
 from eomgen.scene.tyres import read_tyre
+from eomgen.scene.unresisted import unresisted_motions
 from eomgen.scene.values import Values
 from eomgen.scene.written_units import in_si
 
@@ -115,7 +116,7 @@ def from_data(
         **result,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels, *outside),
+        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted),
         metadata=dict(metadata or {}),
     )
 
@@ -171,6 +172,7 @@ class _Assembler:
         self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
         self.broken = sorted(refused["bodies"] | refused["beams"])
         self.bodies = [*document.bodies, *document.beams, *self.broken]
+        self.unresisted: list[str] = []
         self.curves = Curves(self.values, folder)
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
@@ -194,6 +196,8 @@ class _Assembler:
         if complete and len(order) == len(links) == len(bodies):
             tree = [joints[link.name] for link in order]
             checks.check_motion(tree, inertias, sections, values, absolute=document.coordinates == "absolute")
+            if document.coordinates == "joint" and not document.constraints and not self.report.found:
+                self.unresisted = unresisted_motions(tree, inertias, sections, values)
             check_frames(tree, bodies, values)
         points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
         constraints = tuple(

@@ -85,6 +85,14 @@ def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
     return about_axis(z, yaw) @ about_axis(y, pitch) @ about_axis(x, roll)
 
 
+def of_quaternion(w: float, x: float, y: float, z: float) -> Array:
+    """Return the matrix of a unit quaternion (w, x, y, z); not snapped."""
+    vector = np.array([x, y, z])
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix: Array = (w * w - vector @ vector) * np.eye(3) + 2.0 * np.outer(vector, vector) + 2.0 * w * cross
+    return matrix
+
+
 def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, float, float, float]:
     """Return the unit quaternion (w, x, y, z) of intrinsic rotations, in order."""
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])

@@ -21,7 +21,13 @@ from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.urdf_elements import Joint, Robot, read_robot
 from eomgen.scene.urdf_limits import friction_of, stops_of
 from eomgen.scene.urdf_mimics import held_and_following
-from eomgen.scene.urdf_notes import doubtful_inertias, left_out, notes_of_mimics, notes_of_names_and_angles
+from eomgen.scene.urdf_notes import (
+    doubtful_inertias,
+    left_out,
+    notes_of_mimics,
+    notes_of_names_and_angles,
+    notes_of_what_has_no_effect,
+)
 from eomgen.scene.xml_reader import read_xml
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
@@ -85,6 +91,7 @@ def urdf_data(
     held, leaders = held_and_following(robot, locked, report)
     merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
     notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
+    notes += notes_of_what_has_no_effect(robot, held)
     doubts = [*doubtful_inertias(robot), *left_out(robot, set(held))]
     if strict:
         for line, note in doubts:

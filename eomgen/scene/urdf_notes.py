@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.scene.inertia import impossible
 from eomgen.scene.names import listed, shown
-from eomgen.scene.urdf_elements import Robot
+from eomgen.scene.urdf_elements import NEWEST, WITH_QUATERNIONS, Robot
 
 _MEANING = {
     "limit": "limits of position, velocity and effort",
@@ -17,6 +17,24 @@ _MEANING = {
     "transmission": "transmissions",
     "gazebo": "settings of Gazebo",
 }
+#: Elements that are left out of joints that move, and mean nothing for those that are held.
+_OF_MOVING_JOINTS = ("safety_controller", "calibration")
+
+
+def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
+    """Return what has no part in the motion, which is no reason to refuse a file; ``still`` are joints that are held."""
+    notes = []
+    counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
+    if counts:
+        notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)}")
+    idle = dict(robot.without_effect)
+    for tag in _OF_MOVING_JOINTS:
+        if names := [name for name in robot.left_out.get(tag, ()) if name in still]:
+            idle[tag] = names
+    if idle:
+        named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]
+        notes.append(f"without effect on the joints that have it: {', '.join(named)}")
+    return notes
 
 
 def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
@@ -67,10 +85,19 @@ def doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
 
 
 def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
-    """Return one note for each kind of thing that is not modelled, of joints that move."""
+    """Return one note for each kind of thing that is not modelled or not read; ``still`` are joints that are held."""
     found = []
+    for what, places in robot.unread.items():
+        owners = [name for name in dict.fromkeys(name for _, name in places) if name]
+        found.append((places[0][0], f"not read: {what} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+    if robot.minor > NEWEST:
+        found.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
+    if robot.quaternions and robot.minor < WITH_QUATERNIONS:
+        what = f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version 1.{robot.minor}"
+        names = [name for _, name in robot.quaternions]
+        found.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
     for tag, names in robot.left_out.items():
-        concerned = [name for name in names if name not in still]
+        concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
         if concerned:
             meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
             named = [name for name in dict.fromkeys(concerned) if name]

@@ -1,73 +1,141 @@
-"""XML into plain elements that know their line, without document types, entities or unbounded nesting."""
+"""XML into plain elements that know their line and what of them was asked for, without document types or unbounded nesting."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterator, Sequence
 from xml.parsers import expat
 
 from eomgen.errors import DescriptionError, Problem
 
 DEPTH = 100
+#: What stands before an XML declaration that is not at the start of the file, where XML wants it; then the declaration.
+_LATE_DECLARATION = re.compile(r"\A(\ufeff?(?:\s++|<!--(?:(?!--).)*+-->)++)(<\?xml\s[^?]*+\?>)", re.DOTALL)
 
 
-@dataclass
 class Element:
-    """An XML element: tag, attributes, line (from 1) and children; its text is not kept."""
+    """An XML element: tag, line (from 1), attributes and children, which it hands out and then counts as read.
 
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    children: list[Element] = field(default_factory=list)
+    What nobody asks for is not read: ``unread_attributes``, ``unread_children`` and ``has_text`` say what that is, so a reader
+    of a format can report it without a list of what it knows.
+    """
+
+    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
+        self.tag = tag
+        self.line = line
+        self.has_text = False
+        self._attributes = attributes
+        self._children: list[Element] = []
+        self._asked: dict[str, None] = {}
+        self._handed_out: set[int] = set()
+
+    def add(self, child: Element) -> None:
+        """Put a child behind the others."""
+        self._children.append(child)
+
+    def has(self, attribute: str) -> bool:
+        """Tell whether there is an attribute; it counts as read."""
+        self._asked[attribute] = None
+        return attribute in self._attributes
+
+    def get(self, attribute: str, default: str = "") -> str:
+        """Return an attribute, or the default where there is none; it counts as read."""
+        self._asked[attribute] = None
+        return self._attributes.get(attribute, default)
 
     def named(self, tag: str) -> Iterator[Element]:
-        """Yield the children with a tag."""
-        return (child for child in self.children if child.tag == tag)
+        """Yield the children with a tag; they count as read."""
+        for child in self._children:
+            if child.tag == tag:
+                self._handed_out.add(id(child))
+                yield child
 
     def first(self, tag: str) -> Element | None:
-        """Return the first child with a tag, or None."""
+        """Return the first child with a tag, or None; of several only the first counts as read."""
         return next(self.named(tag), None)
+
+    def everything(self) -> Iterator[Element]:
+        """Yield the element and all below it, read or not."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting += element._children
+
+    @property
+    def asked(self) -> Sequence[str]:
+        """The attributes that were asked for, there or not."""
+        return tuple(self._asked)
+
+    @property
+    def read_children(self) -> Sequence[Element]:
+        return tuple(child for child in self._children if id(child) in self._handed_out)
+
+    @property
+    def unread_children(self) -> Sequence[Element]:
+        return tuple(child for child in self._children if id(child) not in self._handed_out)
+
+    @property
+    def unread_attributes(self) -> Sequence[str]:
+        """What nobody asked for, but for declarations of name spaces, which belong to XML and not to the format."""
+        names = (name for name in self._attributes if name not in self._asked)
+        return tuple(name for name in names if name != "xmlns" and not name.startswith("xmlns:"))
 
 
 def read_xml(text: str, file: str) -> Element:
     """Return the root element of an XML text; ``file`` is the name for messages.
+
+    An XML declaration may follow a byte order mark, white space and comments, though XML wants it first: many a generator of
+    robot descriptions puts an empty line before it.
 
     Raises
     ------
     DescriptionError
         If it is not well formed, nested more than 100 deep, or has a document type (which could define entities).
     """
+    late = _LATE_DECLARATION.match(text)
+    if late:  # the declaration is looked at by itself and blanked out in its place, so lines and columns stay what they are
+        before = text.count("\n", 0, late.end(1))
+        _parsed(f"{late[2]}<a/>", file, lines_before=before)
+        text = late[1] + re.sub(r"[^\n]", " ", late[2]) + text[late.end() :]
+    return _parsed(text, file)
+
+
+def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
     parser = expat.ParserCreate()
-    top = Element("", {}, 0)
-    stack = [top]
+    roots: list[Element] = []
+    stack: list[Element] = []
+
+    def refused(line: int, what: str, hint: str) -> DescriptionError:
+        return DescriptionError(Problem(f"{file}:{lines_before + line}", what, hint))
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(stack) > DEPTH:
-            raise DescriptionError(
-                Problem(f"{file}:{parser.CurrentLineNumber}", f"elements are nested more than {DEPTH} deep", "")
-            )
+        if len(stack) >= DEPTH:
+            raise refused(parser.CurrentLineNumber, f"elements are nested more than {DEPTH} deep", "")
         element = Element(tag, attributes, parser.CurrentLineNumber)
-        stack[-1].children.append(element)
+        if stack:
+            stack[-1].add(element)
+        else:
+            roots.append(element)
         stack.append(element)
 
     def end(_tag: str) -> None:
         stack.pop()
 
+    def characters(text: str) -> None:
+        if not text.isspace():
+            stack[-1].has_text = True
+
     def document_type(*_details: object) -> None:
-        raise DescriptionError(
-            Problem(
-                f"{file}:{parser.CurrentLineNumber}", "document types and entities are refused", "the file without <!DOCTYPE>"
-            )
-        )
+        raise refused(parser.CurrentLineNumber, "document types and entities are refused", "the file without <!DOCTYPE>")
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
+    parser.CharacterDataHandler = characters
     parser.StartDoctypeDeclHandler = document_type
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        problem = Problem(
-            f"{file}:{error.lineno}", f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})", ""
-        )
-        raise DescriptionError(problem) from None
-    return top.children[0]
+        what = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
+        raise refused(error.lineno, what, "") from None
+    return roots[0]

@@ -1,0 +1,280 @@
+"""Every attribute and element of a URDF is read, noted or refused: attributes of files are perturbed, one by one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.reader import load
+from eomgen.scene.rotation import about_axis
+from eomgen.scene.scene import Scene
+from eomgen.scene.urdf import load_urdf
+from tests.scene.test_urdf import ROBOTS
+
+INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
+  <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial>"""
+SAFETY = '<safety_controller soft_lower_limit="0" soft_upper_limit="1" k_position="1" k_velocity="1"/><calibration rising="0"/>'
+
+#: All that URDF 1.2 has: every element with every attribute, on joints of all types.
+FULL = f"""<?xml version="1.0"?>
+<robot name="full" version="1.2" xmlns:drawing="http://example.org/drawing">
+  <material name="blue"><color rgba="0 0 1 1"/></material>
+  <link name="foot">{INERTIAL.format(7)}</link>
+  <link name="A">{INERTIAL.format(2)}
+    <visual name="seen"><origin xyz="1 0 0" quat_xyzw="0 0 0 1"/><geometry><capsule radius="1" length="2"/></geometry></visual>
+    <collision name="felt"><geometry><mesh filename="a.stl" scale="1 1 1"/></geometry></collision></link>
+  <link name="B">{INERTIAL.format(3)}</link> <link name="C">{INERTIAL.format(4)}</link>
+  <link name="D">{INERTIAL.format(5)}</link> <link name="E">{INERTIAL.format(6)}</link>
+  <joint name="a" type="revolute"><parent link="foot"/><child link="A"/><origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>
+    <axis xyz="1 2 2"/><dynamics damping="0.5" friction="0.25"/>{SAFETY}
+    <limit lower="-1" upper="1" effort="3" velocity="2" acceleration="4" deceleration="5" jerk="6"/></joint>
+  <joint name="b" type="prismatic"><parent link="A"/><child link="B"/><origin xyz="1 0 3" quat_xyzw="0.5 0.5 -0.5 0.5"/>
+    <axis xyz="0 2 0"/><limit lower="-1" upper="1" effort="3" velocity="2"/>
+    <mimic joint="a" multiplier="2" offset="0.5"/></joint>
+  <joint name="c" type="fixed"><parent link="B"/><child link="C"/><origin xyz="1 0 2" rpy="0 0.5 0"/>
+    <axis xyz="0 0 1"/><dynamics damping="2" friction="1"/><limit lower="-1" upper="2" effort="3" velocity="2"/>
+    <mimic joint="a" multiplier="2" offset="1"/>{SAFETY}</joint>
+  <joint name="d" type="planar"><parent link="C"/><child link="D"/><axis xyz="0 1 1"/><dynamics damping="0" friction="0"/></joint>
+  <joint name="e" type="floating"><parent link="D"/><child link="E"/><axis xyz="0 1 0"/></joint>
+  <transmission name="t"><type>simple</type></transmission>
+  <gazebo reference="A"><kp>1</kp></gazebo>
+</robot>
+"""
+#: What is there for whatever the file holds: the notes that stand for it, by a part of the path.
+NOTED = {
+    "/visual": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
+    "/collision": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
+    "/material": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
+    "foot/": "the root link foot is fixed to the base, and so are the links fixed to it",
+    "a/safety_controller": "not modelled: safety controllers (2: a, c)",
+    "a/calibration": "not modelled: calibration (2: a, c)",
+    "a/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
+    "b/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
+    "/friction": "not modelled: dry friction (1: a)",
+    "c/": "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)",
+    "e/axis": "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)",
+    "/transmission": "not modelled: transmissions (1: t)",
+    "/gazebo": "not modelled: settings of Gazebo (1)",
+}
+
+
+def elements(root: ElementTree.Element) -> list[tuple[str, ElementTree.Element]]:
+    """Return every element of a file, with a path of names of links and joints, and of tags."""
+    found = []
+
+    def walk(element: ElementTree.Element, path: str) -> None:
+        found.append((path, element))
+        for child in element:
+            walk(child, f"{path}/{child.get('name') if child.tag in ('link', 'joint') else child.tag}")
+
+    walk(root, "robot")
+    return found
+
+
+def outcome(text: str, **options: object) -> tuple[bytes, set[str]] | str:
+    """Return what became of a file: content and notes of the scene, or what it was refused for."""
+    try:
+        scene = load_urdf(text, file="full.urdf", **options)  # type: ignore[arg-type]
+    except DescriptionError as error:
+        return str(error)
+    return scene.content, set(scene.notes)
+
+
+def perturbed(value: str) -> list[str]:
+    """Return other values of an attribute: another name, and where there are numbers, each of them a little larger."""
+    words = value.split()
+    if not all(re.fullmatch(r"[-+0-9.]+", word) for word in words):
+        return [f"{value}_other"]
+    return [" ".join([*words[:k], f"{float(word) + 0.01:.6g}", *words[k + 1 :]]) for k, word in enumerate(words)]
+
+
+@pytest.mark.parametrize("options", [{}, {"limits": True, "friction": True}, {"root": "free"}], ids=str)
+def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, object]) -> None:
+    """A change shows in the scene or its notes, or is refused; what it leaves alike has a note that says so."""
+    before = outcome(FULL, **options)
+    root = ElementTree.fromstring(FULL)
+    unfelt = set()
+    for path, element in elements(root):
+        for name, value in list(element.attrib.items()):
+            for other in perturbed(value):
+                element.set(name, other)
+                after = outcome(ElementTree.tostring(root, encoding="unicode"), **options)
+                element.set(name, value)
+                if after == before:
+                    unfelt.add(f"{path}/{name}")
+                    notes = [note for part, note in NOTED.items() if part in f"{path}/{name}"]
+                    notes += ["limits of velocity and effort"] if path.endswith(("/a/limit", "/b/limit")) else []
+                    assert any(note in told for note in notes for told in before[1]), f"{path}/{name} = {other}"
+    assert not [path for path in unfelt if re.search(r"/[abd]/(origin|axis|mimic|parent|child|type)", path)]
+    assert not [path for path in unfelt if re.search(r"/[ABDE]/inertial", path)]
+
+
+def test_every_attribute_that_is_not_known_is_noted_and_refused_when_strict() -> None:
+    """Added to any element that is not left out as a whole; misspelt, an attribute is missed, and its name is hinted at."""
+    root = ElementTree.fromstring(FULL)
+    before = outcome(FULL)
+    for path, element in elements(root):
+        whole = re.search(r"/(visual|collision|material|transmission|gazebo|safety_controller|calibration)", path)
+        element.set("foo", "1")
+        text = ElementTree.tostring(root, encoding="unicode")
+        del element.attrib["foo"]
+        after = outcome(text)
+        if whole:
+            assert after == before
+            continue
+        (note,) = after[1] - before[1]
+        owner = path.split("/")[1] if "/" in path else ""
+        assert note == f"not read: the attribute 'foo' of <{element.tag}> (1{f': {owner}' if owner else ''})"
+        assert f"{note}; try: no --strict (strict=False), to go on without" in outcome(text, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "note"),
+    [
+        ('rpy="0.3 0.2 0.1"', 'rpz="0.3 0.2 0.1"', "the attribute 'rpz' of <origin> (is rpy meant?) (1: a)"),
+        ('damping="0.5"', 'dampng="0.5"', "the attribute 'dampng' of <dynamics> (is damping meant?) (1: a)"),
+        ('<axis xyz="1 2 2"/>', '<axis xyz="1 2 2">0 0 1</axis>', "the text in <axis> (1: a)"),
+        ('<axis xyz="1 2 2"/>', '<axis xyz="1 2 2"/><axis xyz="0 0 1"/>', "a second <axis> (1: a)"),
+        ("</robot>", "one more</robot>", "the text in <robot> (1)"),
+    ],
+)
+def test_what_is_not_read_is_noted(old: str, new: str, note: str) -> None:
+    assert old in FULL
+    text = FULL.replace(old, new, 1)
+    assert f"not read: {note}" in load_urdf(text).notes
+    strict = outcome(text, strict=True)
+    assert f"not read: {note}; try: no --strict" in strict
+    assert not re.search(r"full.urdf:\d+: not read: .*\n.*not read", strict)
+
+
+def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move() -> None:
+    scene = load_urdf(FULL.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><spring/>').replace("<mass", "<lump/><mass", 1))
+    assert "not modelled: elements <spring> (1: c)" in scene.notes
+    assert "not modelled: elements <lump> (1: foot)" in scene.notes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            '<mass value="2"/>', '<mass value="2" unit="lb"/>',
+            "full.urdf:6: <mass> has the attribute unit, and URDF has SI units and radians only; "
+            "try: the value in SI units, without unit",
+        ),
+        ('xyz="1 2 3"', 'xyz="1 2 3" units="mm"', "<origin> has the attribute units, and URDF has SI units and radians only"),
+        ('version="1.2"', 'version="2.0"', "full.urdf:2: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2"),
+        ('version="1.2"', 'version="one"', "version: 'one' is not a version of URDF; try: version=\"1.0\""),
+        (
+            'rpy="0.3 0.2 0.1"', 'rpy="0.3 0.2 0.1" quat_xyzw="0 0 0 1"',
+            "full.urdf:17 (joints.a): the origin has rpy and quat_xyzw, and only one of them can say how it is turned; "
+            "try: one of them",
+        ),
+        (
+            '"0.5 0.5 -0.5 0.5"', '"0.5 0.5 -0.5 0.6"',
+            "(joints.b): quat_xyzw: '0.5 0.5 -0.5 0.6' has the length 1.05357, and a rotation has 1; "
+            "try: x, y, z and w of a unit quaternion",
+        ),
+        ('"0.5 0.5 -0.5 0.5"', '"0.5 0.5 0.5"', "(joints.b): quat_xyzw: 4 numbers are needed here, not '0.5 0.5 0.5'"),
+        ('<mass value="2"/>', "<mass>2</mass>", "(links.A): <mass> has no value; try: <mass value=\"...\">"),
+        ('izz="0.25" ', "", "(links.foot): <inertia> has no izz; try: <inertia izz=\"...\">"),
+    ],
+)  # fmt: skip
+def test_refusals(old: str, new: str, message: str) -> None:
+    assert old in FULL
+    refusal = outcome(FULL.replace(old, new, 1))
+    assert isinstance(refusal, str) and message in refusal
+
+
+def test_newer_versions_and_quaternions_of_older_ones_are_doubts() -> None:
+    newer = FULL.replace('version="1.2"', 'version="1.3"')
+    assert "version 1.3 of URDF is newer than 1.2: what is new in it is not known" in load_urdf(newer).notes
+    assert "version 1.3 of URDF is newer" in outcome(newer, strict=True)
+    older = FULL.replace(' version="1.2"', "")
+    note = "quat_xyzw belongs to version 1.1 of URDF, and is read from this file of version 1.0 (1: b)"
+    assert note in load_urdf(older).notes and note in outcome(older, strict=True)
+    assert load_urdf(older).content == load_urdf(FULL).content
+
+
+def quaternion(rpy: str) -> str:
+    """Return ``quat_xyzw`` of angles, by half angles."""
+    w, v = 1.0, np.zeros(3)
+    for axis, angle in zip(np.eye(3)[::-1], [float(word) for word in rpy.split()][::-1], strict=True):
+        c, s = np.cos(angle / 2), np.sin(angle / 2) * axis
+        w, v = w * c - v @ s, w * s + c * v + np.cross(v, s)
+    return " ".join(f"{number:.17g}" for number in (*v, w))
+
+
+def agree(scene: Scene, other: Scene) -> None:
+    """Hold two scenes to the same placements and inertias but for rounding."""
+    assert [joint.name for joint in scene.joints] == [joint.name for joint in other.joints]
+    for mine, theirs in zip(scene.joints, other.joints, strict=True):
+        np.testing.assert_allclose(mine.orientation, theirs.orientation, atol=1e-10)  # the two snap a little apart
+    for mine, theirs in zip(scene.bodies, other.bodies, strict=True):
+        for field in ("inertia", "center_of_mass"):
+            left, right = ([entry.value for entry in getattr(body, field)] for body in (mine, theirs))
+            np.testing.assert_allclose(left, right, atol=1e-10 * max(1.0, *map(abs, right)))
+
+
+@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf", "talos_data/robots/talos_full_v2.urdf"])
+def test_robots_written_with_quaternions(name: str) -> None:
+    with_quaternions(ROBOTS / name)
+
+
+@pytest.mark.slow
+def test_all_robots_written_with_quaternions() -> None:
+    read = [with_quaternions(path) for path in sorted(ROBOTS.rglob("*.urdf"))]
+    assert sum(read) >= 60
+
+
+def with_quaternions(path: Path) -> bool:
+    """Hold a robot to itself with all angles written as quaternions; tell whether it can be read at all."""
+    try:
+        scene = load(path)
+    except DescriptionError:
+        return False
+    text = re.sub(r'rpy\s*=\s*"([^"]*)"', lambda found: f'quat_xyzw="{quaternion(found[1])}"', path.read_text())
+    text = re.sub(r"<robot\b", '<robot version="1.1"', text, count=1)
+    agree(load_urdf(text, file=path.name), scene)
+    return True
+
+
+def test_a_quarter_turn_by_quaternion() -> None:
+    """Four digits are enough for a right angle, which is exact: scaled to unit length, 0.7071 is the root of a half."""
+    text = FULL.replace('"0.5 0.5 -0.5 0.5"', '"0.7071 0 0 0.7071"')
+    joint = next(joint for joint in load_urdf(text).joints if joint.name == "b")
+    assert joint.orientation == ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+    joint = next(joint for joint in load_urdf(FULL).joints if joint.name == "b")
+    axis = np.array([1.0, 1.0, -1.0]) / np.sqrt(3.0)
+    np.testing.assert_allclose(joint.orientation, about_axis(axis, 2.0 * np.pi / 3.0), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "before", ["\n", " \t\r\n\n", "<!-- made by\na script -->\n", "\ufeff\n  <!-- a -->\n"]
+)
+def test_what_stands_before_the_declaration(before: str) -> None:
+    """A file loads as it does without; lines and columns of messages are those of the file."""
+    declared = FULL.replace('<?xml version="1.0"?>', "<?xml version='1.0' encoding='utf-8'\n ?>")
+    scene, plain = load_urdf(before + declared), load_urdf(declared)
+    assert (scene.content, scene.notes) == (plain.content, plain.notes)
+    lines = before.count("\n")
+    assert scene.source["joints.a"] == f"robot.urdf:{17 + lines}"
+    places = []
+    for text in (before + declared, declared):
+        refusal = str(outcome(text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0>')))
+        found = re.search(r"full.urdf:(\d+): this is not XML: .*\(column (\d+)\)", refusal)
+        assert found
+        places.append((int(found[1]), found[2]))
+    assert places[0] == (places[1][0] + lines, places[1][1])
+
+
+def test_a_late_declaration_is_still_looked_at() -> None:
+    assert outcome('\n\n<?xml version="a"?><robot/>').endswith(
+        "full.urdf:3: this is not XML: XML declaration not well-formed (column 16)"
+    )
+    assert "this is not XML" in str(outcome('one<?xml version="1.0"?><robot/>'))
+    assert "this is not XML: no element found" in str(outcome(" " * 1_000_000))
