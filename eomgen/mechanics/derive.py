@@ -15,6 +15,7 @@ from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS, rate_blocks
 from eomgen.mechanics.start import absolute_start, joint_start
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.scene.scene import Scene
+from eomgen.scene.unresisted import UNRESISTED
 from eomgen.symbolic.tape import InputSymbol, Op, Tape
 from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 
@@ -118,6 +119,9 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
         derivation = Derivation(scene, without_rows)
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
+        if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
+            what, hint = cause.split("; try: ")
+            raise ModelError(Problem(scene.name, what, hint)) from None
         what = "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a divisor"
         raise ModelError(Problem(scene.name, what, "masses, inertias and lengths between 1e-100 and 1e100")) from None
 

@@ -170,4 +170,93 @@ FAILURES = [
             "</robot>\n"
         )},
     ),
+    Failure(
+        "An attribute that is not known, with --strict", 3,
+        (
+            "description error: r.urdf:5: not read: the attribute 'rpz' of <origin> (is rpy meant?) (1: lift); try: no --strict "
+            "(strict=False), to go on without"
+        ),
+        command="info r.urdf --strict",
+        files={"r.urdf": (
+            '<robot name="r">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><origin rpz="0 0 1"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "A unit", 3,
+        (
+            "description error: r.urdf:3: <mass> has the attribute unit, and URDF has SI units and radians only; try: the value "
+            "in SI units, without unit"
+        ),
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1" unit="lb"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "A version that there is not", 3,
+        (
+            "description error: r.urdf:1: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2"
+        ),
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r" version="2.0">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "A quaternion that is no rotation", 3,
+        (
+            "description error: r.urdf:5 (joints.lift): quat_xyzw: '1 0 0 1' has the length 1.41421, and a rotation has 1; try: "
+            "x, y, z and w of a unit quaternion"
+        ),
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r" version="1.1">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><origin quat_xyzw="1 0 0 1"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
+    Failure(
+        "Two orientations in one origin", 3,
+        (
+            "description error: r.urdf:5 (joints.lift): the origin has rpy and quat_xyzw, and only one of them can say how it is "
+            "turned; try: one of them"
+        ),
+        command="info r.urdf",
+        files={"r.urdf": (
+            '<robot name="r" version="1.1">\n'
+            '  <link name="ground"/>\n'
+            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+            'iyz="0"/></inertial></link>\n'
+            '  <joint name="lift" type="revolute">\n'
+            '    <parent link="ground"/><child link="rod"/><origin rpy="0 0 1" quat_xyzw="0 0 0 1"/><axis xyz="0 1 0"/>\n'
+            "  </joint>\n"
+            "</robot>\n"
+        )},
+    ),
 ]  # fmt: skip
