@@ -301,8 +301,11 @@ def row_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict[s
     return _layout({"t": 1, "q": nq, "v": nv, "vdot": nv} | _multiplier_sizes(data, "lam") | _state_sizes(nz, "z"))
 
 
-def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict[str, slice]:
-    """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name."""
+def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0, nu: int = 0, np: int = 0) -> dict[str, slice]:
+    """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name.
+
+    ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have theirs in the workspace.
+    """
     sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
     if data["family"] == GENERALIZED_ALPHA:
         lam = _multiplier_sizes(data, "lam")
@@ -316,6 +319,8 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0) -> dict
     if data["family"] != GENERALIZED_ALPHA:
         sizes |= _state_sizes(nz, "z", "zdot")
     sizes |= {"rest": len(data["turning"])} if data["turning"] else {}
+    if data["family"] not in SERIES_FAMILIES:
+        sizes |= ({"u": nu} if nu else {}) | ({"p": np} if np else {})
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)
     return _layout(sizes)
 

@@ -55,7 +55,8 @@ class Stepper:
         method: Mapping[str, Any] = library.layout["method"]
         self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
         self.nz = int(library.layout["sizes"]["z"])
-        self.places = state_layout(method, self.nq, self.nv, self.nz)
+        nu, np_ = int(library.layout["sizes"]["u"]), int(library.layout["sizes"]["p"])
+        self.places = state_layout(method, self.nq, self.nv, self.nz, nu, np_)
         self.row_places = row_layout(method, self.nq, self.nv, self.nz)
         self.counted = statistics_names(method)
         self.settings = np.array(list(settings.values()), dtype=float)
@@ -73,6 +74,11 @@ class Stepper:
     def row(self) -> Array:
         """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are any."""
         return np.concatenate([self.state[self.places[name]] for name in self.row_places])
+
+    @property
+    def inputs(self) -> Array | None:
+        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not say."""
+        return self.state[self.places["u"]].copy() if "u" in self.places else None
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -190,7 +196,7 @@ def run_chunks(
             table = None
             if inputs is not None:
                 try:
-                    table = np.ascontiguousarray(inputs(stepper.times_of(done, size, start)))
+                    table = _rows_from(stepper, inputs, stepper.times_of(done, size, start))
                 except UsageError as error:  # go on to the last step before the one at which the input fails
                     if size > 1:
                         chunk = size // 2
@@ -218,6 +224,14 @@ def run_chunks(
     if last_recorded != done:
         pieces.append(stepper.row[np.newaxis])
     return Trajectory(np.concatenate(pieces), status, stopped, done, failure)
+
+
+def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:
+    """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended with."""
+    before = stepper.inputs
+    if before is None:
+        return np.ascontiguousarray(inputs(times))
+    return np.concatenate([before[np.newaxis], inputs(times[1:])])
 
 
 @contextlib.contextmanager

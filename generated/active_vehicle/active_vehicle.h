@@ -137,6 +137,12 @@ typedef struct active_vehicle_statistics {
     real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
 } active_vehicle_statistics;
 
+/* What accelerations were evaluated with, beside t, q and v. */
+typedef struct active_vehicle_conditions {
+    real u[4]; /* inputs; not a number: those of the scene's formulas */
+    active_vehicle_parameters parameters;
+} active_vehicle_conditions;
+
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct active_vehicle_state {
     real t;
@@ -152,6 +158,7 @@ typedef struct active_vehicle_state {
     real origin;
     long count;
     active_vehicle_statistics statistics;
+    active_vehicle_conditions conditions; /* of vdot; last, because steps copy what comes before it */
 } active_vehicle_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
@@ -204,7 +211,10 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     active_vehicle_workspace *work, const real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above. */
+ * consistent with them first, and its time grid starts anew. u_table as above.
+ * Inputs may jump and parameters change between two steps: where the first row of inputs or a parameter is not what the last step ended with, the step
+ * starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go on.
+ * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table);
 

@@ -70,6 +70,34 @@ static active_vehicle_status active_vehicle_prepare(const active_vehicle_paramet
     return ACTIVE_VEHICLE_OK;
 }
 
+/* Note the inputs that the accelerations of a state were evaluated with; row: those there, NULL for formulas. */
+static void active_vehicle_remember_inputs(active_vehicle_state *state, const real *row)
+{
+    int i;
+    for (i = 0; i < 4; ++i)
+        state->conditions.u[i] = row != NULL ? row[i] : (real)NAN;
+}
+
+/* Note all that the accelerations of a state were evaluated with. */
+static void active_vehicle_remember(const active_vehicle_parameters *p, active_vehicle_state *state, const real *row)
+{
+    active_vehicle_remember_inputs(state, row);
+    state->conditions.parameters = *p;
+}
+
+/* Whether parameters and a row of inputs are those that the accelerations of a state were evaluated with. */
+static int active_vehicle_same_conditions(const active_vehicle_parameters *p, const active_vehicle_state *state, const real *row)
+{
+    int same = memcmp(&state->conditions.parameters, p, sizeof *p) == 0;
+    int i;
+    for (i = 0; i < 4; ++i) {
+        const real before = state->conditions.u[i], now = row != NULL ? row[i] : (real)NAN;
+        same = same && (before == now || (before != before && now != now));
+    }
+    (void)p;
+    return same;
+}
+
 /* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the constraints. */
 typedef struct active_vehicle_weights {
     real M, C, K, B, Z;
@@ -584,12 +612,27 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
-active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+/* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
+static active_vehicle_status active_vehicle_renew(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 4;
+    active_vehicle_state next = *state;
+    active_vehicle_status status;
+    next.step = settings->step;
+    status = active_vehicle_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    if (status != ACTIVE_VEHICLE_OK)
+        return status;
+    *state = next;
+    active_vehicle_remember(p, state, u_table);
+    return ACTIVE_VEHICLE_OK;
+}
+
+active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, const real *u_table)
+{
     active_vehicle_state start;
-    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    active_vehicle_status status;
     real still[7];
     int i;
     if (!active_vehicle_settings_are_good(settings))
@@ -602,14 +645,12 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     for (i = 0; i < 7; ++i)
         still[i] = K(0.0);
     active_vehicle_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
-    start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
-    if (status == ACTIVE_VEHICLE_OK)
-        status = active_vehicle_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
+    status = active_vehicle_renew(p, settings, &start, work, u_table);
     if (status == ACTIVE_VEHICLE_OK)
         *state = start;
     return status;
@@ -849,7 +890,7 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
     const real *last = u_table == NULL ? NULL : u_table + 4;
     active_vehicle_status status;
     long level;
-    if (state->step != settings->step || state->rho_inf != settings->rho_inf) {
+    if (EG_ABS(state->step) != settings->step || state->rho_inf != settings->rho_inf) {
         const active_vehicle_statistics statistics = state->statistics;
         status = active_vehicle_initialize(p, settings, state, work, u_table);
         if (status != ACTIVE_VEHICLE_OK)
@@ -858,6 +899,11 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = active_vehicle_coefficients_of(settings->rho_inf);
+    if (state->step != settings->step) { /* inputs or parameters have changed */
+        status = active_vehicle_renew(p, settings, state, work, u_table);
+        if (status != ACTIVE_VEHICLE_OK)
+            return status;
+    }
     status = active_vehicle_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
     if (status != ACTIVE_VEHICLE_OK && status != ACTIVE_VEHICLE_BAD_ARGUMENT && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE)
         status = active_vehicle_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
@@ -878,10 +924,34 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
     return ACTIVE_VEHICLE_OK;
 }
 
+/* A step that begins with the accelerations of the last one, if parameters and inputs are still the same; else it evaluates them anew. */
+static active_vehicle_status active_vehicle_first_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, const real *u_table)
+{
+    active_vehicle_state next;
+    active_vehicle_status status;
+    if (!(state->step > K(0.0)) || active_vehicle_same_conditions(p, state, u_table))
+        return active_vehicle_take_step(p, settings, state, work, u_table);
+    next = *state;
+    next.step = -next.step; /* a new beginning on the same grid */
+    status = active_vehicle_take_step(p, settings, &next, work, u_table);
+    if (status == ACTIVE_VEHICLE_OK)
+        *state = next;
+    else
+        state->statistics = next.statistics;
+    return status;
+}
+
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table)
 {
-    return active_vehicle_settings_are_good(settings) ? active_vehicle_take_step(p, settings, state, work, u_table) : ACTIVE_VEHICLE_BAD_ARGUMENT;
+    active_vehicle_status status;
+    if (!active_vehicle_settings_are_good(settings))
+        return ACTIVE_VEHICLE_BAD_ARGUMENT;
+    status = active_vehicle_first_step(p, settings, state, work, u_table);
+    if (status == ACTIVE_VEHICLE_OK)
+        active_vehicle_remember_inputs(state, u_table == NULL ? NULL : u_table + 4);
+    return status;
 }
 
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
@@ -891,7 +961,8 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
     int i;
     active_vehicle_status status = active_vehicle_settings_are_good(settings) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_BAD_ARGUMENT;
     for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
-        status = active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
+        status = k == 0 ? active_vehicle_first_step(p, settings, state, work, u_table) /* later steps share rows and parameters */
+            : active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
         if (status != ACTIVE_VEHICLE_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
@@ -906,6 +977,8 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
             ++rows;
         }
     }
+    if (k > 0)
+        active_vehicle_remember_inputs(state, u_table == NULL ? NULL : u_table + k * 4);
     if (recorded != NULL)
         *recorded = rows;
     return status;

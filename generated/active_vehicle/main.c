@@ -75,8 +75,9 @@ static int set_by_name(const char *text, active_vehicle_parameters *p)
     return 0;
 }
 
-/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
-static const real *inputs_over_step(const active_vehicle_parameters *p, real t, real step)
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
+ * grid, so that a step's first row is to the bit the last one of the step before. */
+static const real *inputs_over_step(const active_vehicle_parameters *p, const active_vehicle_state *state, real step)
 {
     static real rows[8];
     int row;
@@ -86,7 +87,7 @@ static const real *inputs_over_step(const active_vehicle_parameters *p, real t, 
     if (count == 0)
         return NULL;
     for (row = 0; row <= 1; ++row)
-        fill_inputs(p, t + step * (real)row / (real)1, rows + row * 4);
+        fill_inputs(p, state->origin + step * ((real)state->count + (real)row), rows + row * 4);
     return rows;
 }
 #endif
@@ -144,7 +145,7 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = active_vehicle_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+    status = active_vehicle_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == ACTIVE_VEHICLE_OK) {
         printf("t");
         for (k = 0; k < 7; ++k)
@@ -157,7 +158,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == ACTIVE_VEHICLE_OK; ++k) {
-        status = active_vehicle_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+        status = active_vehicle_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
         if (status == ACTIVE_VEHICLE_OK && k % every == 0)
             print_row(&state);
     }

@@ -190,7 +190,8 @@ free_spinning_body_status free_spinning_body_initialize(const free_spinning_body
     free_spinning_body_workspace *work, const real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above. */
+ * consistent with them first, and its time grid starts anew. u_table as above.
+ * After t, q or v of the state have been changed by hand, call free_spinning_body_initialize. */
 free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table);
 

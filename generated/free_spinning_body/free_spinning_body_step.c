@@ -576,12 +576,26 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
-free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+/* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
+static free_spinning_body_status free_spinning_body_renew(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
+    free_spinning_body_state next = *state;
+    free_spinning_body_status status;
+    next.step = settings->step;
+    status = free_spinning_body_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    if (status != FREE_SPINNING_BODY_OK)
+        return status;
+    *state = next;
+    return FREE_SPINNING_BODY_OK;
+}
+
+free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, const real *u_table)
+{
     free_spinning_body_state start;
-    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    free_spinning_body_status status;
     real still[6];
     int i;
     if (!free_spinning_body_settings_are_good(settings))
@@ -594,14 +608,12 @@ free_spinning_body_status free_spinning_body_initialize(const free_spinning_body
     for (i = 0; i < 6; ++i)
         still[i] = K(0.0);
     free_spinning_body_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
-    start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
-    if (status == FREE_SPINNING_BODY_OK)
-        status = free_spinning_body_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
+    status = free_spinning_body_renew(p, settings, &start, work, u_table);
     if (status == FREE_SPINNING_BODY_OK)
         *state = start;
     return status;

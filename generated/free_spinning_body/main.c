@@ -19,11 +19,12 @@ static int set_by_name(const char *text, free_spinning_body_parameters *p)
     return 2;
 }
 
-/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
-static const real *inputs_over_step(const free_spinning_body_parameters *p, real t, real step)
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
+ * grid, so that a step's first row is to the bit the last one of the step before. */
+static const real *inputs_over_step(const free_spinning_body_parameters *p, const free_spinning_body_state *state, real step)
 {
     (void)p;
-    (void)t;
+    (void)state;
     (void)step;
     return NULL;
 }
@@ -82,7 +83,7 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = free_spinning_body_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+    status = free_spinning_body_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == FREE_SPINNING_BODY_OK) {
         printf("t");
         for (k = 0; k < 7; ++k)
@@ -95,7 +96,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == FREE_SPINNING_BODY_OK; ++k) {
-        status = free_spinning_body_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+        status = free_spinning_body_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
         if (status == FREE_SPINNING_BODY_OK && k % every == 0)
             print_row(&state);
     }

@@ -243,7 +243,8 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     heavy_top_r3xso3_workspace *work, const real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above. */
+ * consistent with them first, and its time grid starts anew. u_table as above.
+ * After t, q or v of the state have been changed by hand, call heavy_top_r3xso3_initialize. */
 heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const real *u_table);
 

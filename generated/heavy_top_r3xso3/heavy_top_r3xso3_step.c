@@ -1234,12 +1234,30 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+/* What a step begins with beside q and v, which are brought onto the constraints first: accelerations, multipliers, with the parameters and inputs of the step. */
+static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
+    heavy_top_r3xso3_state next = *state;
+    heavy_top_r3xso3_status status;
+    next.step = settings->step;
+    status = heavy_top_r3xso3_prepare(p, next.t, u_table, last, K(0.0), work);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        status = heavy_top_r3xso3_project(p, &next, work);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        status = heavy_top_r3xso3_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    if (status != HEAVY_TOP_R3XSO3_OK)
+        return status;
+    *state = next;
+    return HEAVY_TOP_R3XSO3_OK;
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, const real *u_table)
+{
     heavy_top_r3xso3_state start;
-    heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
+    heavy_top_r3xso3_status status;
     real still[6];
     int i;
     if (!heavy_top_r3xso3_settings_are_good(settings))
@@ -1252,17 +1270,12 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     for (i = 0; i < 6; ++i)
         still[i] = K(0.0);
     heavy_top_r3xso3_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
-    start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
-    status = heavy_top_r3xso3_prepare(p, start.t, u_table, last, K(0.0), work);
-    if (status == HEAVY_TOP_R3XSO3_OK)
-        status = heavy_top_r3xso3_project(p, &start, work);
-    if (status == HEAVY_TOP_R3XSO3_OK)
-        status = heavy_top_r3xso3_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
+    status = heavy_top_r3xso3_renew(p, settings, &start, work, u_table);
     if (status == HEAVY_TOP_R3XSO3_OK)
         *state = start;
     return status;
@@ -1590,12 +1603,6 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, const real *u_table)
-{
-    return heavy_top_r3xso3_settings_are_good(settings) ? heavy_top_r3xso3_take_step(p, settings, state, work, u_table) : HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
-}
-
 /* How well a state meets the constraints, and how far apart pivots are. */
 static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
 {
@@ -1622,6 +1629,12 @@ static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
         largest = heavy_top_r3xso3_larger(largest, size);
     }
     return largest / smallest;
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, const real *u_table)
+{
+    return heavy_top_r3xso3_settings_are_good(settings) ? heavy_top_r3xso3_take_step(p, settings, state, work, u_table) : HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,

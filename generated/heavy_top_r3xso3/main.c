@@ -19,11 +19,12 @@ static int set_by_name(const char *text, heavy_top_r3xso3_parameters *p)
     return 2;
 }
 
-/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
-static const real *inputs_over_step(const heavy_top_r3xso3_parameters *p, real t, real step)
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
+ * grid, so that a step's first row is to the bit the last one of the step before. */
+static const real *inputs_over_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state, real step)
 {
     (void)p;
-    (void)t;
+    (void)state;
     (void)step;
     return NULL;
 }
@@ -84,7 +85,7 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = heavy_top_r3xso3_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+    status = heavy_top_r3xso3_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == HEAVY_TOP_R3XSO3_OK) {
         printf("t");
         for (k = 0; k < 7; ++k)
@@ -99,7 +100,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == HEAVY_TOP_R3XSO3_OK; ++k) {
-        status = heavy_top_r3xso3_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+        status = heavy_top_r3xso3_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
         if (status == HEAVY_TOP_R3XSO3_OK && k % every == 0)
             print_row(&state);
     }

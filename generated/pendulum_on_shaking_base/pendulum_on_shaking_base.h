@@ -210,7 +210,8 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     pendulum_on_shaking_base_workspace *work, const real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above. */
+ * consistent with them first, and its time grid starts anew. u_table as above.
+ * After t, q or v of the state have been changed by hand, call pendulum_on_shaking_base_initialize. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table);
 

@@ -354,12 +354,26 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
     return pendulum_on_shaking_base_finite(state->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
-pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+/* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
+    pendulum_on_shaking_base_state next = *state;
+    pendulum_on_shaking_base_status status;
+    next.step = settings->step;
+    status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    if (status != PENDULUM_ON_SHAKING_BASE_OK)
+        return status;
+    *state = next;
+    return PENDULUM_ON_SHAKING_BASE_OK;
+}
+
+pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, const real *u_table)
+{
     pendulum_on_shaking_base_state start;
-    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    pendulum_on_shaking_base_status status;
     real still[1];
     int i;
     if (!pendulum_on_shaking_base_settings_are_good(settings))
@@ -372,14 +386,12 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     for (i = 0; i < 1; ++i)
         still[i] = K(0.0);
     pendulum_on_shaking_base_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
-    start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
-    if (status == PENDULUM_ON_SHAKING_BASE_OK)
-        status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
+    status = pendulum_on_shaking_base_renew(p, settings, &start, work, u_table);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
         *state = start;
     return status;

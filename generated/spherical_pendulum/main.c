@@ -19,11 +19,12 @@ static int set_by_name(const char *text, spherical_pendulum_parameters *p)
     return 2;
 }
 
-/* The inputs over a step from t on, row after row; NULL where there are none, or the scene's formulas say them all. */
-static const real *inputs_over_step(const spherical_pendulum_parameters *p, real t, real step)
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
+ * grid, so that a step's first row is to the bit the last one of the step before. */
+static const real *inputs_over_step(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state, real step)
 {
     (void)p;
-    (void)t;
+    (void)state;
     (void)step;
     return NULL;
 }
@@ -82,7 +83,7 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
-    status = spherical_pendulum_initialize(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+    status = spherical_pendulum_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == SPHERICAL_PENDULUM_OK) {
         printf("t");
         for (k = 0; k < 4; ++k)
@@ -95,7 +96,7 @@ int main(int argc, char **argv)
         print_row(&state);
     }
     for (k = 1; k <= steps && status == SPHERICAL_PENDULUM_OK; ++k) {
-        status = spherical_pendulum_step(&p, &settings, &state, &work, inputs_over_step(&p, state.t, settings.step));
+        status = spherical_pendulum_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
         if (status == SPHERICAL_PENDULUM_OK && k % every == 0)
             print_row(&state);
     }

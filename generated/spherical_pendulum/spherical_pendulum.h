@@ -190,7 +190,8 @@ spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum
     spherical_pendulum_workspace *work, const real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above. */
+ * consistent with them first, and its time grid starts anew. u_table as above.
+ * After t, q or v of the state have been changed by hand, call spherical_pendulum_initialize. */
 spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table);
 

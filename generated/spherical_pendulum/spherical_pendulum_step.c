@@ -480,12 +480,26 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
-spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+/* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
+static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 0;
+    spherical_pendulum_state next = *state;
+    spherical_pendulum_status status;
+    next.step = settings->step;
+    status = spherical_pendulum_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    if (status != SPHERICAL_PENDULUM_OK)
+        return status;
+    *state = next;
+    return SPHERICAL_PENDULUM_OK;
+}
+
+spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, const real *u_table)
+{
     spherical_pendulum_state start;
-    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    spherical_pendulum_status status;
     real still[3];
     int i;
     if (!spherical_pendulum_settings_are_good(settings))
@@ -498,14 +512,12 @@ spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum
     for (i = 0; i < 3; ++i)
         still[i] = K(0.0);
     spherical_pendulum_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
-    start.step = settings->step;
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
-    if (status == SPHERICAL_PENDULUM_OK)
-        status = spherical_pendulum_start(p, settings, &work->coefficients, &start, start.step, u_table, last, K(0.0), K(1.0), work);
+    status = spherical_pendulum_renew(p, settings, &start, work, u_table);
     if (status == SPHERICAL_PENDULUM_OK)
         *state = start;
     return status;

@@ -389,7 +389,8 @@ class Stepper:
         self.sizes = {name: int(library.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
         self.settings = default_settings(program.method)
         self.parameters = np.array([*parameters, 0.0])
-        self.layout = state_layout(program.method, program.sizes["q"], program.sizes["v"])
+        sizes = program.sizes
+        self.layout = state_layout(program.method, sizes["q"], sizes["v"], sizes["z"], sizes["u"], len(program.parameters))
         self.state = np.zeros(self.sizes["state"])
         self.workspace = np.zeros(self.sizes["workspace"])
 

@@ -1,0 +1,255 @@
+"""Inputs that jump and parameters that change between steps: the next step begins with them, in emitted C and in Python."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.integrators.specification import default_settings
+from eomgen.runtime.model import Model
+from eomgen.runtime.preparation import stepper_library
+from eomgen.runtime.stepping import Stepper
+from tests.codegen.test_stand_alone import compiled, run
+from tests.runtime.conftest import shared_cache
+
+__all__ = ["shared_cache"]
+
+TREE_METHODS = ("generalized_alpha", "rk4", "taylor", "hermite")
+LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned")
+
+#: 2000 samples of a random force, the mass ten times as large from the thousandth on; prints the largest errors of q and v.
+SAMPLED = """
+#include <math.h>
+#include <stdio.h>
+#include "free_mass.h"
+
+int main(void)
+{
+    static free_mass_workspace work;
+    static free_mass_state state;
+    free_mass_parameters p;
+    free_mass_settings settings;
+    const double h = 1e-3;
+    double q = 0.0, v = 0.0, wrong_q = 0.0, wrong_v = 0.0;
+    unsigned long random = 1;
+    real table[3] = {0};
+    int k;
+    free_mass_default_parameters(&p);
+    free_mass_default_settings(&settings);
+    free_mass_default_state(&state);
+    settings.step = h;
+    if (free_mass_initialize(&p, &settings, &state, &work, table) != FREE_MASS_OK)
+        return 1;
+    for (k = 0; k < 2000; ++k) {
+        random = (random * 1103515245UL + 12345UL) % 2147483648UL;
+        const double force = 200.0 * ((double)random / 2147483648.0) - 100.0;
+        if (k == 1000)
+            p.p_m = 10.0;
+        table[0] = table[1] = table[2] = force;
+        if (free_mass_step(&p, &settings, &state, &work, table) != FREE_MASS_OK)
+            return 2;
+        q += h * (v + 0.5 * h * force / p.p_m);
+        v += h * force / p.p_m;
+        wrong_q = fmax(wrong_q, fabs(q - state.q[0]));
+        wrong_v = fmax(wrong_v, fabs(v - state.v[0]));
+    }
+    printf("%g %g %ld %ld %.17g\\n", wrong_q, wrong_v, state.count, state.statistics.steps, state.t);
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("method", TREE_METHODS)
+def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_path: Path) -> None:
+    scene = (
+        eomgen.SceneBuilder("free_mass").parameter("m", 1.0, tunable=True).input("f", unit="N").body("b", "m")
+        .joint("x", "prismatic", "base", "b", axis=[1, 0, 0]).effort("e", "x", "f").build()
+    )  # fmt: skip
+    eomgen.generate(scene, tmp_path / "c", method=method)
+    (tmp_path / "c" / "main.c").write_text(SAMPLED, encoding="utf-8")
+    result = run(compiled(tmp_path / "c"))
+    assert result.returncode == 0, result.stderr
+    wrong_q, wrong_v, *grid = map(float, result.stdout.split())
+    rounding = 1e-13 if method == "taylor" else 1e-14  # Taylor's step is the difference of two rounded times, times 100 m/s^2
+    assert (wrong_q, wrong_v) <= (rounding, rounding)
+    assert grid == [2000, 2000, 2.0]
+
+
+def arm(name: str = "sampled_arm", **sections: object) -> dict[str, object]:
+    """Return an arm of a slider, a ball and a hinge with stiffness and damping, driven by a force and by a torque with a lag."""
+    body = {"mass": 1.5, "center_of_mass": [0.05, 0.02, 0.2], "inertia": [0.02, 0.03, 0.04]}
+    return {
+        "format": 1, "name": name, "gravity": [0, 0, -9.81],
+        "parameters": {"load": {"value": 0.5, "tunable": True}},
+        "bodies": {"cart": {"mass": 2.0}, "upper": body, "lower": {**body, "mass": "load"}},
+        "joints": {
+            "rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "stiffness": 30, "damping": 1.5},
+            "ball": {"type": "spherical", "parent": "cart", "child": "upper", "initial": {"velocity": [0.5, 1.0, 2.0]}},
+            "hinge": {"type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0.2], "position": [0, 0, -0.5]},
+        },
+        "inputs": {"force": {}, "torque": {}},
+        "states": {"lagged": {"rate": "(torque - lagged) / 0.03"}},
+        "efforts": {"push": {"joint": "rail", "effort": "force"}, "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"}},
+        **sections,
+    }  # fmt: skip
+
+
+def four_bar() -> dict[str, object]:
+    """Return a closed loop of three bars driven by a torque; the length of the rocker is a parameter."""
+    bar = {"mass": 1.0, "center_of_mass": [0.4, 0, 0], "inertia": [0.001, 0.05, 0.05]}
+    revolute = {"type": "revolute", "axis": [0, 1, 0]}
+    return {
+        "format": 1, "name": "sampled_loop", "gravity": [0, 0, -9.81],
+        "parameters": {"length": {"value": 1.0, "tunable": True}},
+        "bodies": {"crank": bar, "coupler": bar, "rocker": {**bar, "mass": 2.0}},
+        "joints": {
+            "a": {**revolute, "parent": "base", "child": "crank", "initial": {"position": -1.2, "velocity": 0.5}},
+            "b": {**revolute, "parent": "crank", "child": "coupler", "position": [0.6, 0, 0], "initial": {"position": 1.0}},
+            "c": {**revolute, "parent": "base", "child": "rocker", "position": [1.2, 0, 0], "initial": {"position": -1.5}},
+        },
+        "constraints": {"tie": {
+            "type": "point_on_line", "first": {"body": "rocker", "position": ["length", 0, 0], "axis": [0, 1, 0]},
+            "second": {"body": "coupler", "position": [1.0, 0, 0]},
+        }},
+        "inputs": {"torque": {}},
+        "efforts": {"drive": {"joint": "a", "effort": "torque"}},
+    }  # fmt: skip
+
+
+@cache
+def model_of(name: str) -> Model:
+    waves = {"bump": {"wave": {"shape": "square", "period": 0.0371, "low": -2.0, "high": 2.0}}}
+    inputs = {"force": {}, "torque": {}, **waves}
+    efforts = {"push": {"joint": "rail", "effort": "force + bump"}, "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"}}
+    made = {
+        "arm": arm, "loop": four_bar, "jumps": lambda: arm("sampled_arm_with_jumps", inputs=inputs, efforts=efforts),
+    }  # fmt: skip
+    return eomgen.build(made[name]())
+
+
+def stepper_of(model: Model, method: str, step: float) -> Stepper:
+    library = stepper_library(model, method)
+    settings = default_settings(library.layout["method"]) | {"step": step}
+    return Stepper(library, settings, model.parameter_array())
+
+
+def rows_of(stepper: Stepper, u: np.ndarray, jumps: int = 0) -> np.ndarray:
+    """Return the rows of one step with inputs held; ``jumps`` of them are left to the scene."""
+    return np.tile(np.concatenate([u, np.full(jumps, np.nan)]), (stepper.sizes["rows_per_step"] + 1, 1))
+
+
+def sampled(stepper: Stepper, start: tuple[np.ndarray, ...], samples: np.ndarray, each: int, jumps: int = 0) -> np.ndarray:
+    """Return q and v after samples of inputs (n, nu), each held over so many steps."""
+    q, v, z = start
+    assert stepper.initialize(0.0, q, v, rows_of(stepper, samples[0], jumps), z) == 0
+    for u in samples:
+        for _ in range(each):
+            assert stepper.run(1, 1, rows_of(stepper, u, jumps), np.empty((1, stepper.sizes["row"]))) == (0, 1)
+    return np.concatenate([stepper.state[stepper.places[name]] for name in ("q", "v", "z") if name in stepper.places])
+
+
+def exact(model: Model, start: tuple[np.ndarray, ...], samples: np.ndarray, period: float) -> np.ndarray:
+    """Return the same by DOP853, started anew at every sample."""
+    y = np.concatenate(start)
+    for k, u in enumerate(samples):
+        solved = solve_ivp(model.rhs, (k * period, (k + 1) * period), y, "DOP853", args=(u,), rtol=1e-12, atol=1e-13)
+        y = solved.y[:, -1]
+    return y
+
+
+@pytest.mark.parametrize("method", TREE_METHODS)
+def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str, rng: np.random.Generator) -> None:
+    model, period = model_of("arm"), 0.01
+    samples = rng.normal(size=(30, 2)) * [20.0, 2.0]
+    start = (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1]))
+    true, errors = exact(model, start, samples, period), []
+    for each in (4, 8, 16):
+        found = sampled(stepper_of(model, method, period / each), start, samples, each)
+        errors.append(float(np.abs(found - true).max()))
+    order = 2 if method == "generalized_alpha" else 4
+    assert errors[-1] < {2: 1e-4, 4: 1e-7}[order], errors
+    if method != "taylor":  # exact to its tolerance at every step
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.25), errors
+        assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25), errors
+
+
+@pytest.mark.parametrize("method", LOOP_METHODS)
+def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str, rng: np.random.Generator) -> None:
+    model, period = model_of("loop"), 0.01
+    samples = rng.normal(size=(20, 1)) * 10.0
+    start = (np.array(model.initial_q), np.array(model.initial_v), np.zeros(0))
+    true = sampled(stepper_of(model, "rk4_partitioned", period / 64), start, samples, 64)
+    errors = []
+    for each in (4, 8, 16):
+        found = sampled(stepper_of(model, method, period / each), start, samples, each)
+        errors.append(float(np.abs(found - true).max()))
+    order = 4 if method == "rk4_partitioned" else 2
+    assert errors[-1] < {2: 3e-4, 4: 1e-8}[order], errors
+    assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
+
+
+@pytest.mark.parametrize("method", TREE_METHODS)
+def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
+    model, step = model_of("jumps"), 2e-3
+    samples = rng.normal(size=(30, 2)) * [20.0, 2.0]
+    stepper, start = stepper_of(model, method, step), (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1]))
+    found = sampled(stepper, start, samples, 1, jumps=1)
+    fine = sampled(stepper_of(model, "taylor", step / 4), start, samples, 4, jumps=1)
+    assert found == pytest.approx(fine, abs=2e-3 if method == "generalized_alpha" else 1e-6)
+    assert (stepper.count, stepper.origin, stepper.t) == (30, 0.0, 30 * step)
+
+
+@pytest.mark.parametrize("method", LOOP_METHODS)
+def test_a_parameter_may_move_the_constraints_between_steps(method: str) -> None:
+    model = model_of("loop")
+    stepper = stepper_of(model, method, 1e-3)
+    assert stepper.initialize(0.5, model.initial_q, model.initial_v, rows_of(stepper, np.ones(1))) == 0
+    row = np.empty((1, stepper.sizes["row"]))
+    for k in range(20):
+        stepper.parameters[0] = 1.0 if k < 10 else 1.02
+        assert stepper.run(1, 1, rows_of(stepper, np.ones(1)), row) == (0, 1)
+    q, v, a = (stepper.state[stepper.places[name]] for name in ("q", "v", "vdot"))
+    changed = {"length": 1.02}
+    assert np.abs(model.evaluate("constraint", q=q, t=0.52, parameters=changed)["Phi"]).max() < 1e-12
+    expected, _ = model.constrained_dynamics(q, v, 0.52, [1.0], parameters=changed)
+    assert a == pytest.approx(expected, rel=1e-2 if "alpha" in method else 1e-10)
+    assert (stepper.count, stepper.origin, stepper.statistics["steps"]) == (20, 0.5, 20)
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
+def test_rows_that_continue_cost_no_evaluation(method: str, rng: np.random.Generator) -> None:
+    model = model_of("arm")
+    points = rng.normal(size=(41, 2))
+
+    def evaluations(pieces: int) -> tuple[float, bytes]:
+        stepper = stepper_of(model, method, 1e-3)
+        times = np.arange(0.0, 40.25, 1.0 / stepper.sizes["rows_per_step"])
+        fine = np.stack([np.interp(times, np.arange(41), u) for u in points.T], axis=1)
+        each = 40 // pieces * stepper.sizes["rows_per_step"]
+        assert stepper.initialize(0.0, model.initial_q, model.initial_v, fine, np.array([0.1])) == 0
+        for k in range(pieces):
+            table = np.ascontiguousarray(fine[k * each : (k + 1) * each + 1])
+            assert stepper.run(40 // pieces, 1, table, np.empty((40, stepper.sizes["row"])))[0] == 0
+        places = [stepper.places[name] for name in ("q", "v", "vdot", "z")]
+        return stepper.statistics["evaluations"], b"".join(stepper.state[place].tobytes() for place in places)
+
+    assert evaluations(1) == evaluations(40)
+
+
+def test_a_step_that_fails_leaves_what_its_state_was_evaluated_with() -> None:
+    model = model_of("arm")
+    stepper = stepper_of(model, "rk4", 1e-3)
+    assert stepper.initialize(0.0, model.initial_q, model.initial_v, rows_of(stepper, np.ones(2)), np.array([0.1])) == 0
+    stepper.run(3, 1, np.ones((7, 2)), np.empty((3, stepper.sizes["row"])))
+    before = stepper.row
+    bad = rows_of(stepper, np.array([np.inf, 1.0]))
+    assert stepper.run(1, 1, bad, np.empty((1, stepper.sizes["row"])))[0] == 3
+    assert np.array_equal(stepper.row, before)
+    evaluations = stepper.statistics["evaluations"]
+    assert stepper.run(1, 1, np.ones((3, 2)), np.empty((1, stepper.sizes["row"])))[0] == 0
+    assert stepper.statistics["evaluations"] == evaluations + 4
