@@ -131,7 +131,8 @@ def build(
     terms : sequence of str, optional
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
-        Whose stepper is compiled in; the scene's by default. Others are compiled when ``simulate`` asks for them.
+        Whose stepper is compiled in, and the one that ``simulate`` takes unless it is told another; the scene's by default.
+        Others are compiled when ``simulate`` asks for them.
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
     real : str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -53,7 +54,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     library : Library
         Functions, and the stepper of the default method.
     stepper : callable
-        Gives the library with the stepper of a method.
+        Gives the library with the stepper of a method; asked once for each method.
     start : callable, optional
         Gives q and v of the scene's initial state at other parameters, where they depend on them.
     built : callable, optional
@@ -69,7 +70,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         layout = library.layout
         self.scene = scene
         self.library = library
-        self.stepper = stepper
+        self.stepper = functools.cache(stepper)
         self.start = start
         self._built = built
         self._gains = gains

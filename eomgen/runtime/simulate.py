@@ -65,8 +65,8 @@ def simulate(
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
-    What is not given is the scene's. A numerical failure and Ctrl-C end the run with the last good state: the Solution then has
-    ``success`` False and a message; nothing is raised.
+    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and Ctrl-C end
+    the run with the last good state: the Solution then has ``success`` False and a message; nothing is raised.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def simulate(
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
-    name = canonical_name(method or defaults["method"])
+    name = canonical_name(model.library.layout["built_method"] if method is None else method)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = stepper_library(model, name)
