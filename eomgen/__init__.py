@@ -70,7 +70,12 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _HOMES:
-        raise AttributeError(f"module 'eomgen' has no attribute {name!r}")
+        text = f"module 'eomgen' has no attribute {name!r}"
+        if not name.startswith("_"):
+            from eomgen.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
+
+            text = f"{text}; try: {attribute_hint(name, __all__)}"
+        raise AttributeError(text)
     value = getattr(import_module(_HOMES[name]), name)
     setattr(sys.modules[__name__], name, value)
     return value

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
-from eomgen.scene.names import nearest, shown
+from eomgen.scene.names import shown
 from eomgen.scene.scene import Scene
-from eomgen.scene.term_names import TERMS
+from eomgen.scene.term_names import TERMS, nearest_term
 
 if TYPE_CHECKING:
     from eomgen.build.builder import Builder
@@ -24,11 +26,12 @@ if TYPE_CHECKING:
     from eomgen.system import System
 
 #: A scene, the path of one, or nested data as a scene file holds them.
-Described = Scene | str | Path | Mapping[str, Any]
+Described = Scene | str | os.PathLike[str] | Mapping[str, Any]
 
 
+@checked_call('eomgen.load("scene.toml")')
 def load(
-    path: str | Path,
+    path: Described,
     *,
     strict: bool = False,
     root: str = "fixed",
@@ -37,10 +40,12 @@ def load(
     friction: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
 ) -> Scene:
-    """Read a scene from a ``.toml`` or ``.urdf`` file.
+    """Read a scene from a ``.toml`` or ``.urdf`` file, or from what such a file holds.
 
     Parameters
     ----------
+    path : path, mapping or Scene
+        A mapping holds what a scene file holds; a Scene is returned as it is.
     strict : bool
         Refuse what an importer would leave out with a note.
     root : str
@@ -58,13 +63,17 @@ def load(
     ------
     FileError, DescriptionError, UsageError
     """
+    if not isinstance(path, str | os.PathLike):
+        urdf = {"root": root != "fixed", "lock": bool(lock), "limits": limits, "friction": friction}
+        return _given_scene(path, [name for name, given in urdf.items() if given], coordinates)
     from eomgen.scene import reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
     return reader.load(
-        path, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
+        Path(path), strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
     )
 
 
+@checked_call("a scene or the path of one")
 def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     """Derive the symbolic System of a scene in separated form.
 
@@ -85,6 +94,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     return ready(lambda without_rows: mechanics.derive(described, terms, without_rows))
 
 
+@checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
 def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
@@ -114,6 +124,7 @@ def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None =
     return [written / name for name in sorted(files)]
 
 
+@checked_call("a scene or the path of one", path="scene", dtype="real", precision="real")
 def build(
     scene: Described,
     terms: Sequence[str] | None = None,
@@ -204,16 +215,35 @@ def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[f
 
 def as_scene(scene: Described) -> Scene:
     """Return a scene as it is, read from a path, or made of nested data."""
+    return load(scene) if isinstance(scene, str | os.PathLike) else _given_scene(scene, [], None)
+
+
+def _given_scene(
+    scene: Scene | Mapping[str, Any], urdf: Sequence[str], coordinates: Literal["joint", "absolute"] | None
+) -> Scene:
+    """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into.
+
+    Parameters
+    ----------
+    urdf : options of URDF files that were given
+    coordinates : as of ``load``
+    """
+    if urdf:
+        raise UsageError(Problem("load", f"{', '.join(urdf)}: for URDF files only", "the path of a .urdf file, or none of them"))
     if isinstance(scene, Scene):
+        if coordinates not in (None, scene.coordinates):
+            what = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
+            raise UsageError(Problem("coordinates", what, "the path or the mapping that it was read from"))
         return scene
-    if isinstance(scene, str | Path):
-        return load(scene)
     if isinstance(scene, Mapping):
         from eomgen.scene.assemble import from_data  # noqa: PLC0415  # pydantic comes with it
 
-        return from_data(scene)
+        return from_data(scene, coordinates=coordinates)
+    kind = type(scene).__name__
+    if kind == "SceneBuilder":
+        raise UsageError("a SceneBuilder collects a scene, which its method build returns", "builder.build()")
     hint = "eomgen.load, SceneBuilder(...).build(), or a path"
-    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {type(scene).__name__}", hint)
+    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind}", hint)
 
 
 def _check_terms(terms: Sequence[str] | None) -> None:
@@ -223,9 +253,7 @@ def _check_terms(terms: Sequence[str] | None) -> None:
     unknown = [name for name in terms or () if name not in TERMS]
     if unknown:
         every = ", ".join(shown(name) for name in unknown)
-        plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of
-        near = (nearest(str(name), TERMS if "rate" in str(name) else plain) for name in unknown[:3])
-        hint = " and ".join(dict.fromkeys(near))
+        hint = " and ".join(dict.fromkeys(nearest_term(str(name)) for name in unknown[:3]))
         raise UsageError(f"no term is called {every}", hint)
 
 

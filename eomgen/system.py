@@ -16,6 +16,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.errors import Problem, UsageError
+from eomgen.scene.term_names import TERMS, nearest_term
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Counts, InputSymbol, Ref, Tape
 
@@ -136,6 +139,7 @@ class Validity:
     end: float
 
 
+@checked_calls("eomgen.derive(scene)")
 @dataclass(frozen=True)
 class System:
     """Symbolic equations of motion on one tape.
@@ -203,6 +207,11 @@ class System:
     description: str = ""
     defaults: Mapping[str, Any] = field(default_factory=dict)
     order: int = 0
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     @property
     def nq(self) -> int:
@@ -276,9 +285,18 @@ class System:
         """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``.
 
         Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``.
+
+        Raises
+        ------
+        UsageError
+            The term was not derived, or there is none of that name.
         """
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
 
+        if term not in self.functions:
+            hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
+            what = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
+            raise UsageError(Problem("sympy", what, hint))
         function = self.functions[term]
         block = function.outputs[0]
         return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)

@@ -18,10 +18,11 @@ PACKAGE = Path(eomgen.__file__).parent
 #: For each room: the other rooms that it may import, or the one module that is open. What is not here may use everything.
 DOORS: dict[str, set[str]] = {
     "errors": set(),
-    "scene": {"errors"},
+    "calls": {"errors", "scene.names", "scene.term_names"},
+    "scene": {"errors", "calls"},
     "symbolic": {"errors"},
     "lie": {"errors", "symbolic"},
-    "system": {"errors", "symbolic"},
+    "system": {"errors", "calls", "scene.term_names", "symbolic"},
     "mechanics": {"errors", "symbolic", "lie", "scene", "system"},
     "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
     "linear": {"errors", "lie"},
@@ -29,7 +30,7 @@ DOORS: dict[str, set[str]] = {
     "build": {"errors"},
     "control": {"errors"},
     "resources": {"errors"},
-    "runtime": {"errors", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "scene"},
+    "runtime": {"errors", "calls", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "scene"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
+from eomgen.scene.term_names import TERMS, nearest_term
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,8 @@ class Functions:
         if name not in self._layouts:
             there = ", ".join(name for name in self._layouts if name not in DRIVERS)
             what = f"the term {name} is not in this model, which was built with {there}"
-            raise UsageError(Problem("", what, f'eomgen.build(scene, terms=[..., "{name}"])'))
+            known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
+            raise UsageError(Problem("", what, known))
         inputs: list[str] = self._layouts[name]["inputs"]
         return inputs
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
+from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.runtime.arguments import components, numbers
 from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
@@ -39,6 +40,7 @@ Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
+@checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
 class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     """A compiled scene.
 
@@ -88,6 +90,11 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self.initial_v = np.array(layout["initial_v"], dtype=float)
         self.initial_z = np.array(layout["initial_z"], dtype=float)
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
@@ -275,9 +282,9 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     ) -> dict[str, Array]:  # fmt: skip
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
-            return {}
+            return ByName("output", {})
         values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
-        result, start = {}, 0
+        result, start = ByName[Array]("output", {}), 0
         for item in self.library.layout["outputs"]:
             size = int(item["size"])
             result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.calls import checked_call
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.specification import default_settings
 from eomgen.runtime.checkpoint import Checkpoint
@@ -27,6 +28,7 @@ from eomgen.runtime.terms import Parameters
 Array = NDArray[np.float64]
 
 
+@checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
 def resume(
     model: Model,
     path: str | os.PathLike[str],

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.calls import checked_call
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.specification import SERIES_FAMILIES
 from eomgen.runtime.between import between_of
@@ -40,6 +41,11 @@ _BATCH = 8192
 _BAD_ARGUMENT = 4  # of the steppers' statuses
 
 
+@checked_call(
+    u="inputs", dt="step", h="step", tend="t_end", tf="t_end", duration="t_end", time="t_end", tspan="t_end", t0="t_start",
+    solver="method", integrator="method", p="parameters", rtol="settings", atol="settings", max_iterations="settings",
+    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
+)  # fmt: skip
 def simulate(
     model: Model,
     t_end: float | None = None,

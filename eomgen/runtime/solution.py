@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.runtime.coordinates import component_names
 from eomgen.runtime.dense import Between, Rows, State, largest_errors, state_at
@@ -30,6 +31,7 @@ class Seen(NamedTuple):
     scenery: Mapping[str, Any]
 
 
+@checked_calls('eomgen.Solution.load("run.npz"), or what model.simulate returns')
 @dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """States, outputs and energies at the recorded times.
@@ -69,6 +71,15 @@ class Solution:
     evaluate: Callable[[State], dict[str, Array]] | None = None
     linear: Callable[[State], Linearization] | None = None
     between: Between | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outputs", ByName("output", self.outputs))
+        object.__setattr__(self, "energy", ByName("energy", self.energy))
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
+from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.scene.builder_bodies import Bodies
 from eomgen.scene.builder_entries import Rotations, Value
 from eomgen.scene.builder_forces import Forces
@@ -14,6 +15,7 @@ from eomgen.scene.names import key_of
 from eomgen.scene.scene import Scene
 
 
+@checked_calls('a name, eomgen.SceneBuilder("pendulum")', com="center_of_mass", mass_center="center_of_mass", origin="position")
 class SceneBuilder(Bodies, Signals, Forces):
     """Collects the entries of a scene; ``build`` checks them all at once.
 
@@ -49,6 +51,11 @@ class SceneBuilder(Bodies, Signals, Forces):
         coordinates: str = "joint",
     ) -> None:
         super().__init__(name=name, description=description, gravity=gravity, terms=terms, coordinates=coordinates)
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def include(
         self,

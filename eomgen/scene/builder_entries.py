@@ -11,6 +11,7 @@ from eomgen.errors import Problem
 from eomgen.scene.names import key_of
 
 Value = float | str
+_PACKAGE = __name__.partition(".")[0]
 Rotations = Sequence[tuple[Sequence[Value], Value]]
 
 
@@ -39,9 +40,9 @@ class Entries:
 
 
 def _caller() -> str:
-    """Return ``file:line`` of the call that came from outside the package of the builder."""
+    """Return ``file:line`` of the call that came from outside the package."""
     frame = sys._getframe(1)
-    while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
+    while frame.f_back is not None and str(frame.f_globals.get("__package__")).partition(".")[0] == _PACKAGE:
         frame = frame.f_back
     return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
 

@@ -11,6 +11,7 @@ from eomgen.scene.names import is_legal, key_of, nearest, shown
 from eomgen.scene.report import Report
 from eomgen.scene.schema import SECTIONS, Document
 from eomgen.scene.schema_values import Refused, described
+from eomgen.scene.term_names import nearest_term
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:
@@ -75,6 +76,8 @@ def explained(kind: str, message: str, location: tuple[str | int, ...], given: o
     if kind == "literal_error":
         expected = message.removeprefix("Input should be ").replace("'", "")
         names = expected.replace(" or ", ", ").split(", ")
+        if location[0] == "terms":
+            return f"{described(given)} is not known here", nearest_term(str(given))
         hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
         return f"{described(given)} is not known here", hint
     if kind in ("greater_than_equal", "less_than_equal"):

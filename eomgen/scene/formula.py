@@ -172,7 +172,7 @@ class _Reader:
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word and word not in DERIVATIVES:
-            raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
+            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name))
         if name not in self.names.curves:
             hint = nearest(name, self.names.curves) or "a [curves] section"
             raise self.error(node, f"there is no curve {shown(name)}", hint)
@@ -264,6 +264,16 @@ class _Reader:
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
 
 
+def _plain_hint(word: str, name: str) -> str:
+    """Return what to write in place of ``word.name(...)``, which Python's modules have and formulas do not."""
+    if word in _MODULES and name in FUNCTIONS:
+        return f"{name}(...)"
+    if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
+        return f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a plain one'
+    return f"one of {', '.join(sorted(FUNCTIONS))}"
+
+
+_MODULES = ("np", "numpy", "math")
 _KINDS: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),

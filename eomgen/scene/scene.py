@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.scene.beam import Beam
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve import AnyCurve
@@ -155,6 +156,7 @@ class Simulation:
     order: int | None = None
 
 
+@checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
 @dataclass(frozen=True)
 class Scene:
     """A checked scene. Bodies and joints are in an order in which every parent comes before its children.
@@ -204,3 +206,8 @@ class Scene:
     content: bytes = b""
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)

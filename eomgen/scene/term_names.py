@@ -1,6 +1,10 @@
-"""The names of the terms that a scene can ask for."""
+"""The names of the terms that a scene can ask for, and the ones that others have for them."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eomgen.scene.names import nearest
 
 #: Highest time derivative of inverse dynamics that can be asked for.
 HIGHEST_RATE = 8
@@ -44,3 +48,33 @@ TERMS = (
     "forward_rates_1",
     "forward_rates",
 )
+
+#: What the field and its programs call a term, in lower case, and its name here.
+_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("inertia", "inertia_matrix", "mass_matrix", "joint_space_inertia", "m", "crba"), "mass"),
+    **dict.fromkeys(("h", "bias", "nle", "centrifugal", "gyroscopic", "coriolis_vector", "nonlinear"), "coupling"),
+    **dict.fromkeys(("q", "gravity", "forcing", "generalized_force", "applied_force"), "force"),
+    **dict.fromkeys(("tau", "torque", "efforts", "rnea", "inverse"), "inverse_dynamics"),
+    **dict.fromkeys(("vdot", "aba", "forward", "qdd"), "forward_dynamics"),
+    **dict.fromkeys(("kinetic", "potential", "energies", "kinetic_energy", "potential_energy", "lagrangian"), "energy"),
+    **dict.fromkeys(("derivatives", "gradients", "tangent"), "partials"),
+    **dict.fromkeys(("stiffness", "damping", "linear"), "linearization"),
+    **dict.fromkeys(("kinematics", "forward_kinematics", "positions", "frames"), "poses"),
+    **dict.fromkeys(("velocity", "velocities"), "twists"),
+    **dict.fromkeys(("phi", "constraints", "loops"), "constraint"),
+    **dict.fromkeys(("g_q", "phi_q", "lambda", "multipliers"), "constraint_jacobian"),
+    "b": "base_motion",
+}
+
+
+def meant_term(name: str) -> str:
+    """Return the term that a name stands for elsewhere; empty where there is none."""
+    return _ELSEWHERE.get(name.lower(), "")
+
+
+def nearest_term(name: str) -> str:
+    """Return a hint for a name that is no term: the term that it stands for elsewhere, else those whose names are closest."""
+    if meant := meant_term(name):
+        return meant
+    plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of
+    return nearest(name, TERMS if "rate" in name else plain)

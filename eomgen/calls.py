@@ -1,0 +1,169 @@
+"""Mistakes in calls from Python: arguments, names and attributes that there are not, answered with what is meant.
+
+Python's own answers (TypeError, KeyError, AttributeError) name what is wrong and not what to try. What is raised here is
+``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may rely on.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, ParamSpec, TypeVar
+
+from eomgen.errors import Problem, UsageError
+from eomgen.scene.names import nearest, shown
+from eomgen.scene.term_names import meant_term
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T")
+C = TypeVar("C", bound=type)
+
+#: What a compiled model does, and what is looked for at scenes, at systems and at the package.
+OF_MODELS = frozenset(
+    {
+        "simulate", "resume", "equilibrium", "steady_motion", "linearize", "root_locus", "calibrate", "evaluate", "mass", "force",
+        "coupling", "inverse_dynamics", "forward_dynamics", "partials", "energy", "outputs", "pose", "twist", "point", "rhs",
+    }
+)  # fmt: skip
+#: What stands before the arguments that a caller writes.
+_OWNERS = ("self", "cls", "model")
+
+
+class UnknownName(UsageError, KeyError):
+    """A name that results do not have."""
+
+    __str__ = Exception.__str__  # a KeyError shows its text in quotes
+
+
+class UnknownAttribute(UsageError, AttributeError):
+    """An attribute that an object does not have."""
+
+
+class ByName(dict[str, T]):
+    """Results by name, which answer a name that they do not have with the nearest ones.
+
+    Parameters
+    ----------
+    kind : str
+        What the names are of: ``output``.
+    values : mapping
+    """
+
+    def __init__(self, kind: str, values: Mapping[str, T]) -> None:
+        super().__init__(values)
+        self.kind = kind
+
+    def __missing__(self, name: object) -> T:
+        hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
+        raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
+
+
+def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator under which a call that does not fit the function raises UsageError in place of TypeError.
+
+    A call that fits costs nothing but the call; errors from within the function pass.
+
+    Parameters
+    ----------
+    what_to_try : str
+        Hint for arguments that are missing.
+    meant : str
+        What others call an argument, and its name here.
+    """
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            try:
+                return function(*args, **kwargs)
+            except TypeError:
+                problem = _misfit(function, args, kwargs, what_to_try, meant)
+                if problem is None:
+                    raise
+            raise UsageError(problem)
+
+        return called
+
+    return decorated
+
+
+def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
+    """Return a class decorator that puts ``checked_call`` on the constructor and the public methods, inherited ones too."""
+
+    def decorated(kind: C) -> C:
+        for name in dir(kind):
+            member = inspect.getattr_static(kind, name)
+            if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
+                setattr(kind, name, checked_call(what_to_try if name == "__init__" else "", **meant)(member))
+        return kind
+
+    return decorated
+
+
+def unknown_attribute(owner: object, name: str) -> AttributeError:
+    """Return the error for an attribute that an object of a public class does not have: from its ``__getattr__``.
+
+    What is underscored is no user's, and Python's protocols ask for it.
+    """
+    kind = type(owner).__name__
+    if name.startswith("_"):
+        return AttributeError(f"{kind!r} object has no attribute {name!r}")
+    if hasattr(type(owner), name):  # a property failed so, and its own error says more
+        try:
+            object.__getattribute__(owner, name)
+        except AttributeError as error:
+            return error
+    article = "an" if kind[0] in "AEIOU" else "a"
+    return UnknownAttribute(Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind)))
+
+
+def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
+    """Return what to try for an attribute that there is not; ``kind`` names the class that lacks it."""
+    if name in OF_MODELS and kind != "Model":
+        scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
+        return f"eomgen.build({scene}).{name}(...), of the compiled model"
+    if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
+        return term
+    return nearest(name, (item for item in known if not item.startswith("_")))
+
+
+def _misfit(
+    function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any], what_to_try: str, meant: Mapping[str, str]
+) -> Problem | None:
+    """Return what is wrong with the arguments of a call; None when they fit."""
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*args, **kwargs)
+    except TypeError:
+        pass
+    else:
+        return None
+    where = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    owned = [name for name in signature.parameters if name in _OWNERS][:1]
+    every = {name: item for name, item in signature.parameters.items() if name not in owned}
+    given = args[len(owned) :]
+    open_kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    named = [name for name, item in every.items() if item.kind not in open_kinds]
+    unknown = [name for name in kwargs if name not in named]
+    takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in every.values())
+    if unknown and not takes_any:
+        names = ", ".join(shown(name) for name in unknown)
+        hints = [meant[name] if meant.get(name) in named else nearest(name, named) for name in unknown[:3]]
+        hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
+        return Problem(where, f"there is no argument {names}", hint)
+    in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]
+    if len(given) > len(in_order):
+        by_name = [name for name in named if name not in in_order]
+        what = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
+        what += f": {', '.join(in_order)}" if in_order else ""
+        hint = f"{by_name[0]}=..., and likewise for the others" if by_name else "the others by name" if takes_any else ""
+        return Problem(where, what, hint or "fewer arguments")
+    twice = [name for name in in_order[: len(given)] if name in kwargs]
+    if twice:
+        return Problem(where, f"the argument {twice[0]} is given twice, by its place and by its name", "one of them")
+    said = {*in_order[: len(given)], *kwargs}
+    missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in said]
+    what = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+    return Problem(where, what, what_to_try or ", ".join(f"{name}=..." for name in missing))

@@ -1,0 +1,163 @@
+"""Mistakes in calls from Python: each is answered with what is meant, and nothing shows Python's bare errors."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
+from eomgen.scene.term_names import TERMS, meant_term, nearest_term
+from tests.runtime.scenes import PENDULUM_TOML, pendulum, pendulum_scene
+
+CART = {
+    "format": 1, "name": "cart", "bodies": {"cart": {"mass": 1}},
+    "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}},
+}  # fmt: skip
+
+
+def builder() -> eomgen.SceneBuilder:
+    return eomgen.SceneBuilder("cart").body("cart", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: pendulum().simulate(1.0, u={"torque": 1.0}), "simulate: there is no argument 'u'; try: inputs"),
+        (lambda: pendulum().simulate(1.0, dt=1e-3), "simulate: there is no argument 'dt'; try: step"),
+        (lambda: pendulum().simulate(1.0, tolerence=1e-3), "simulate: there is no argument 'tolerence'; try: tolerance"),
+        (lambda: pendulum().simulate(1.0, h=1e-3, params={}), "there is no argument 'h', 'params'; try: step and parameters"),
+        (
+            lambda: pendulum().simulate(1.0, 1e-3, "rk4"),
+            "simulate: 3 arguments are given without a name, and 2 can be: t_end, step; try: the others by name",
+        ),
+        (lambda: pendulum().resume("run.ckpt", tend=3.0), "resume: there is no argument 'tend'; try: t_end"),
+        (lambda: pendulum().force([0.1], [0.2], inputs=[1.0]), "force: there is no argument 'inputs'; try: u"),
+        (lambda: pendulum().mass(), "mass: the argument q is missing; try: q=..."),
+        (lambda: pendulum().mass([0.1], q=[0.1]), "mass: the argument q is given twice, by its place and by its name"),
+        (lambda: pendulum().linearize(when=0.1), "linearize: there is no argument 'when'; try: one of q, v, a, t, u, z"),
+        (lambda: eomgen.build(CART, metod="rk4"), "build: there is no argument 'metod'; try: method"),
+        (eomgen.build, "build: the argument scene is missing; try: a scene or the path of one"),
+        (lambda: eomgen.build(builder()), "a SceneBuilder collects a scene, which its method build returns; try: builder."),
+        (lambda: eomgen.load(3), "a scene, a path or a mapping like a scene file is needed, not int; try: eomgen.load"),
+        (lambda: eomgen.load(CART, lock=["rail"]), "load: lock: for URDF files only; try: the path of a .urdf file"),
+        (
+            lambda: eomgen.load(pendulum_scene(), coordinates="absolute"),
+            "coordinates: this Scene has joint coordinates, and they are chosen where it is read; try: the path or the mapping",
+        ),
+        (lambda: eomgen.Model("x.toml"), 'Model: the arguments library, stepper are missing; try: eomgen.build("scene.toml")'),
+        (lambda: eomgen.Solution("x.npz"), 'z, multipliers are missing; try: eomgen.Solution.load("run.npz")'),
+        (lambda: eomgen.Scene("x.toml"), 'Scene: the arguments bodies, joints are missing; try: eomgen.load("scene.toml")'),
+        (
+            lambda: builder().joint("rail", "prismatic", "base", "cart", axes=[1, 0, 0]),
+            "joint: there is no argument 'axes'; try: axis or x_axis",
+        ),
+        (lambda: builder().body("other"), "body: the argument mass is missing; try: mass=..."),
+        (lambda: pendulum().evaluate("inertia", [0.1]), "energy; try: mass"),
+        (lambda: pendulum().evaluate("jacobians", [0.1]), 'energy; try: eomgen.build(scene, terms=[..., "jacobians"])'),
+        (lambda: eomgen.build(CART, terms=["inertia", "h"]), "no term is called 'inertia', 'h'; try: mass and coupling"),
+        (
+            lambda: eomgen.derive(CART, terms=["mass"]).sympy("force"),
+            "sympy: the term force is not in this System, which was derived with mass; "
+            'try: eomgen.derive(scene, terms=[..., "force"])',
+        ),
+        (lambda: eomgen.derive(CART, terms=["mass"]).sympy("Q"), "was derived with mass; try: force"),
+    ],
+)
+def test_calls_that_cannot_be_taken(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "text"),
+    [
+        (pendulum_scene, "simulate", "a Scene has no 'simulate'; try: eomgen.build(scene).simulate(...), of the compiled model"),
+        (builder, "simulate", "a SceneBuilder has no 'simulate'; try: eomgen.build(builder.build()).simulate(...)"),
+        (lambda: eomgen.derive(CART, ["mass"]), "linearize", "a System has no 'linearize'; try: eomgen.build(scene).linearize"),
+        (pendulum, "mass_matrix", "a Model has no 'mass_matrix'; try: mass"),
+        (pendulum, "intial_q", "a Model has no 'intial_q'; try: initial_q"),
+        (lambda: pendulum().simulate(0.01, 1e-2), "output", "a Solution has no 'output'; try: outputs"),
+    ],
+)
+def test_attributes_that_there_are_not(owner: Callable[[], object], name: str, text: str) -> None:
+    thing = owner()
+    with pytest.raises(UnknownAttribute, match=re.escape(text)) as caught:
+        getattr(thing, name)
+    assert isinstance(caught.value, eomgen.UsageError) and isinstance(caught.value, AttributeError)
+    assert not hasattr(thing, name) and getattr(thing, name, None) is None
+
+
+def test_the_package_itself_names_where_runs_are() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'simulate'; try: eomgen\.build\(scene\)\.simulate\(\.\.\.\)"):
+        eomgen.simulate  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'SceneBulder'; try: SceneBuilder"):
+        eomgen.SceneBulder  # noqa: B018
+
+
+def test_results_answer_names_that_they_do_not_have() -> None:
+    run = pendulum().simulate(0.01, 1e-2)
+    kept = pickle.loads(pickle.dumps(run))
+    for outputs in (run.outputs, kept.outputs, copy.deepcopy(run.outputs), pendulum().outputs([0.1], [0.0])):
+        with pytest.raises(UnknownName, match=r"^usage error: there is no output 'tipp'; try: tip$"):
+            outputs["tipp"]
+        with pytest.raises(KeyError):
+            outputs["tipp"]
+        assert outputs.get("tipp") is None and "tipp" not in outputs and set(outputs) == {"tip", "angle"}
+    with pytest.raises(UnknownName, match="there is no energy 'totl'; try: total"):
+        run.energy["totl"]
+    bare = eomgen.build(CART, profile="quick").simulate(0.01, 1e-2)
+    with pytest.raises(UnknownName, match="there is no output 'tip'; try: a scene or a model that has outputs"):
+        bare.outputs["tip"]
+
+
+def test_a_scene_is_loaded_from_all_that_build_takes(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(PENDULUM_TOML, encoding="utf-8")
+    read = eomgen.load(path)
+    assert eomgen.load(read) is read and eomgen.load(read, coordinates="joint") is read
+    made = eomgen.load(CART)
+    assert made.name == "cart" and made.content == eomgen.load(made).content
+    solid = {**CART, "bodies": {"cart": {"mass": 1, "inertia": [1, 1, 1]}}}
+    assert eomgen.load(solid, coordinates="absolute").coordinates == "absolute"
+
+
+def test_errors_from_within_a_call_pass() -> None:
+    @checked_call(number="value")
+    def halved(value: float) -> float:
+        return value / 2
+
+    assert halved(3.0) == 1.5
+    with pytest.raises(TypeError, match="unsupported operand"):
+        halved("3")  # type: ignore[arg-type]
+    with pytest.raises(eomgen.UsageError, match="halved: there is no argument 'number'; try: value"):
+        halved(number=3.0)  # type: ignore[call-arg]
+
+
+def test_lists_name_what_there_is() -> None:
+    assert all(hasattr(eomgen.Model, name) for name in OF_MODELS)
+    known = {meant_term(name) for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b")}
+    assert known <= set(TERMS) and not meant_term("mass")
+    assert nearest_term("mas") == "mass" and nearest_term("mass_rate").startswith("mass_rates")
+
+
+def test_numbers_that_numpy_writes_into_formulas_are_named() -> None:
+    angle = np.float64(0.3)
+    formula = f"{angle!r} * sin(t)" if "np" in repr(angle) else "np.float64(0.3) * sin(t)"
+    made = builder().joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    for text, hint in (
+        (formula, 'the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}" writes a plain one'),
+        ("np.sin(t)", "sin(...)"),
+        ("foo.bar(t)", "one of abs, acos"),
+    ):
+        made = builder().joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", text)
+        with pytest.raises(eomgen.DescriptionError, match=re.escape(f"; try: {hint}")) as caught:
+            made.build()
+        name = text.partition("(")[0]
+        assert f"only functions can be called, not '{name}' (column 1)" in caught.value.report()
