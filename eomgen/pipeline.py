@@ -84,13 +84,16 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 
     Raises
     ------
-    UsageError, ModelError
+    UsageError, DescriptionError, ModelError
+        DescriptionError where a drive, or the law of the base, jumps.
     """
     _check_terms(terms)
     from eomgen.assembly import ready  # noqa: PLC0415
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+    from eomgen.motion_laws import check_laws  # noqa: PLC0415
 
     described = as_scene(scene)
+    check_laws(described)
     return ready(lambda without_rows: mechanics.derive(described, terms, without_rows))
 
 

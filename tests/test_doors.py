@@ -26,11 +26,14 @@ DOORS: dict[str, set[str]] = {
     "mechanics": {"errors", "symbolic", "lie", "scene", "system"},
     "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
     "linear": {"errors", "lie"},
+    "motion_laws": {"errors", "mechanics.formulas", "scene", "symbolic"},
     "codegen": {"errors", "resources", "system", "symbolic", "lie", "integrators"},
     "build": {"errors"},
     "control": {"errors"},
     "resources": {"errors"},
-    "runtime": {"errors", "calls", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "scene"},
+    "runtime": {
+        "errors", "calls", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "motion_laws", "scene",
+    },
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

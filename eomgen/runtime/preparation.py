@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 import os
 
+import numpy as np
+from numpy.typing import NDArray
+
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.runtime.methods import canonical_name, terms_of
 from eomgen.runtime.model import Model
+from eomgen.scene.laws import laws_of, smooth
+
+Array = NDArray[np.float64]
 
 
 def stepper_library(model: Model, name: str) -> Library:
@@ -29,6 +35,18 @@ def stepper_library(model: Model, name: str) -> Library:
         other = "another method" if name.startswith("generalized_alpha") else "generalized_alpha"
         raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", other)
     return library
+
+
+def check_laws_of_run(model: Model, p: Array, start: float, end: float) -> None:
+    """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
+    if all(smooth(law.formula) for law in laws_of(model.scene)):
+        return
+    from eomgen.motion_laws import jumps  # noqa: PLC0415  # most scenes need none of it
+
+    values = {item.name: item.value for item in model.scene.parameters}
+    problems = jumps(model.scene, values | dict(zip(model.parameters, p.tolist(), strict=True)), start, end)
+    if problems:
+        raise UsageError(problems)
 
 
 def check_memory(rows: int, width: int) -> None:

@@ -17,7 +17,7 @@ from eomgen.runtime.checkpoint import Checkpoint
 from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
 from eomgen.runtime.methods import method_named
 from eomgen.runtime.model import Model
-from eomgen.runtime.preparation import check_memory, stepper_library
+from eomgen.runtime.preparation import check_laws_of_run, check_memory, stepper_library
 from eomgen.runtime.run import SCENE_START, Run, keeper_of
 from eomgen.runtime.run_settings import number_of, steps_between
 from eomgen.runtime.simulate import solution_of
@@ -91,6 +91,7 @@ def resume(
     check_memory((steps - stepper.count) // every + 2, 1 + model.nq + 2 * model.nv)
     given = read_signals(_inputs(saved, inputs), model.inputs, steps)
     check_reach(model.library.layout, given, start, start + step * steps)
+    check_laws_of_run(model, p, start, start + step * steps)
     signals = InputSignals(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )

@@ -25,7 +25,7 @@ from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach,
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
-from eomgen.runtime.preparation import check_memory, stepper_library
+from eomgen.runtime.preparation import check_laws_of_run, check_memory, stepper_library
 from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
 from eomgen.runtime.scenery import seen
@@ -145,6 +145,7 @@ def simulate(
     check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
     from_caller = read_signals(inputs, model.inputs, steps)
     check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
+    check_laws_of_run(model, p, t_first, t_first + step * steps)
     if stepped_by.family in SERIES_FAMILIES:
         check_held(name, from_caller)
     signals = InputSignals(

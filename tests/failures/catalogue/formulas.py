@@ -57,6 +57,33 @@ FAILURES = [
         new='effort = "sine(t)"',
     ),
     Failure(
+        "A number as NumPy writes it", 3,
+        (
+            "description error: scene.toml:28 (efforts.motor.effort): only functions can be called, not 'np.float64' (column "
+            "1); try: the number alone: NumPy writes its own as np.float64(...) into a text; f\"{float(x)}\" writes a plain one"
+        ),
+        old='effort = "motor"',
+        new='effort = "np.float64(0.3) * motor"',
+    ),
+    Failure(
+        "A base that jumps", 3,
+        (
+            "description error: scene.toml:34 (base.position[2]): the position of the base jumps from 0 to 0.1 m at t = 2 s, "
+            "and no motion can follow that; try: a law that is smooth there, such as a curve with interpolation = "
+            '"quintic", or a force or an effort instead'
+        ),
+        more='[base]\nposition = [0, 0, "0.1 if t > 2 else 0"]\n',
+    ),
+    Failure(
+        "A base that is pulled away at once", 3,
+        (
+            "description error: scene.toml:34 (base.position[0]): the rate of the position of the base jumps from 0 to 1 m/s "
+            "at t = 1.5 s, which takes an impulse that no step gives; try: a law that is smooth there, such as a curve with "
+            'interpolation = "quintic", or a force or an effort instead'
+        ),
+        more='[base]\nposition = ["max(0, t - 1.5)", 0, 0]\n',
+    ),
+    Failure(
         "A curve that there is not", 3,
         (
             "description error: scene.toml:28 (efforts.motor.effort): unknown function 'track' (column 1); try: one of "

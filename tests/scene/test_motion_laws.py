@@ -1,0 +1,152 @@
+"""Drives and motions of the base that jump are refused at the build and at the run; laws that are smooth enough are not."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.motion_laws import check_laws, first_jump
+from eomgen.scene.laws import laws_of, smooth
+
+FRAME = {"axis": [0, 0, 1], "x_axis": [1, 0, 0]}
+
+
+def driven(drive: str, kind: str = "revolute", duration: float = 10.0, **curves: object) -> eomgen.Scene:
+    """Return a body on a joint that a drive moves: curves by name, ``late`` and ``size`` tunable."""
+    builder = eomgen.SceneBuilder("driven").body("wheel", 1.0, inertia=[1, 1, 1]).parameter("width", 1e-3)
+    builder.joint("turn", kind, "base", "wheel", axis=[0, 0, 1]).simulation(duration=duration)
+    builder.parameter("late", 0.5, tunable=True).parameter("size", 0.0, tunable=True)
+    for name, entry in curves.items():
+        builder.curve(name, **entry)  # type: ignore[arg-type]
+    first, second = {"body": "base", **FRAME}, {"body": "wheel", **FRAME}
+    return builder.constraint("motor", kind, first, second, drive=drive).build()
+
+
+@pytest.mark.parametrize(
+    ("drive", "what"),
+    [
+        ("1 if t > 0.5 else 0", "the driven angle jumps from 0 to 1 rad at t = 0.5 s, and no motion can follow that"),
+        ("sign(sin(3 * t + 0.1))", "the driven angle jumps from 1 to -1 rad at t = 1.01386422 s"),
+        ("pi if t > 3 else 0", "the driven angle jumps from 0 to 3.14159 rad at t = 3 s"),
+        ("1 if sin(3 * t) * t > 2 else 0", "the driven angle jumps from 0 to 1 rad at t = 2.41887765 s"),
+        ("1 if 4 < t and t < 4 + 1e-6 else 0", "the driven angle jumps from 0 to 1 rad at t = 4 s"),
+        (
+            "0 if t < 0.5 else 2 * (t - 0.5)",
+            "the rate of the driven angle jumps from 0 to 2 rad/s at t = 0.5 s, which takes an impulse that no step gives",
+        ),
+        ("abs(t - 1)", "the rate of the driven angle jumps from -1 to 1 rad/s at t = 1 s"),
+        ("min(t, 3)", "the rate of the driven angle jumps from 1 to 0 rad/s at t = 3 s"),
+        ("t if t > 0 else 0", "the rate of the driven angle jumps from 0 to 1 rad/s at t = 0 s"),
+        ("sqrt((t - 2.3)**2)", "the rate of the driven angle jumps from -1 to 1 rad/s at t = 2.3 s"),
+        ("acos(cos(t + 1))", "the rate of the driven angle jumps from "),
+    ],
+)
+def test_a_drive_that_jumps_is_refused_with_its_place_and_time(drive: str, what: str) -> None:
+    scene = driven(drive)
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        eomgen.build(scene, profile="quick")
+    [problem] = caught.value.problems
+    assert re.fullmatch(r"test_motion_laws\.py:\d+ \(constraints\.motor\.drive\)", problem.where)
+    assert problem.what.startswith(what)
+    assert problem.hint.startswith('a law that is smooth there, such as a curve with interpolation = "quintic", or a force')
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        "2 * t", "0.3 * sin(2 * t) + late * t**2", "tanh((t - 0.7) / width)", "exp(-t / late)",
+        "0.5 * (1 - cos(pi * t)) if t < 1 else 1", "max(0, t - 1)**2", "abs(t - 1) * (t - 1)", "abs(sin(t))**3",
+        "t if t >= 0 else 0", "0.3333333 * t**3 if t < 1 else 0.3333333 + (t - 1)", "sqrt((t - 3)**2 + 1e-12)",
+        "atan2(sin(3 * t), cos(3 * t))", "100 * t if t < 1 else 100 * t + 2 * pi", "1 if t > 100 else 0", "size * sign(t - 2)",
+    ],
+)  # fmt: skip
+def test_a_drive_that_is_smooth_enough_is_not_refused(drive: str) -> None:
+    check_laws(driven(drive))
+
+
+def test_curves_in_drives() -> None:
+    points = [[0, 0], [1, 0.2], [2, 0.5], [3, 0.1]]
+    spline = {"points": points, "outside": "hold"}
+    for drive in ("way(t)", "derivative.way(t - 0.5)", "bump(t) * t"):
+        check_laws(driven(drive, way=spline, bump={"bump": {"position": 1, "length": 2, "height": 0.1}}))
+    with pytest.raises(eomgen.DescriptionError, match="the rate of the driven angle jumps"):
+        check_laws(driven("second_derivative.way(t + 0.3)", way=spline))
+    with pytest.raises(eomgen.DescriptionError, match="a motion cannot follow way, which bends at 0"):
+        driven("way(t)", way={"points": points, "interpolation": "linear"})
+
+
+def test_the_motion_of_the_base_is_held_to_the_same() -> None:
+    def scene(position: str, angle: str = "0") -> eomgen.Scene:
+        builder = eomgen.SceneBuilder("based").body("arm", 1.0, center_of_mass=[0.1, 0, 0], inertia=[1, 1, 1])
+        builder.base(position=[0, 0, position], rotation=[([0, 0, 1], "0.1 * t"), ([1, 0, 0], angle)])
+        return builder.joint("hinge", "revolute", "base", "arm", axis=[0, 0, 1]).build()
+
+    check_laws(scene("0.1 * sin(t)", "0.2 * t"))
+    check_laws(scene("0.1 * (1 - cos(t)) if t < 2 * pi else 0"))
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        eomgen.derive(scene("0 if t < 1 else 0.1", "max(0, t - 2)"))
+    first, second = caught.value.problems
+    assert "(base.position[2])" in first.where and "(base.rotation[1].angle)" in second.where
+    assert first.what.startswith("the position of the base jumps from 0 to 0.1 m at t = 1 s")
+    assert second.what.startswith("the rate of the angle of the base jumps from 0 to 1 rad/s at t = 2 s")
+
+
+def test_a_run_looks_at_its_own_times_and_parameters() -> None:
+    model = eomgen.build(driven("size * (1 if t > late else 0) + 0.3 * t", duration=1.0), profile="quick")
+    assert model.simulate(0.1, 1e-2).success
+    with pytest.raises(eomgen.UsageError, match=r"\(constraints\.motor\.drive\): the driven angle jumps from 0\.12 to 0\.92 rad"):
+        model.simulate(0.5, 1e-2, parameters={"size": 0.8, "late": 0.4})
+    assert model.simulate(0.3, 1e-2, parameters={"size": 0.8, "late": 0.4}).success
+    later = eomgen.build(driven("0.1 * t if t < 2 else 0.2", duration=1.0), profile="quick")
+    with pytest.raises(eomgen.UsageError, match=r"the rate of the driven angle jumps from 0\.1 to 0 rad/s at t = 2 s"):
+        later.simulate(3.0, 1e-2)
+
+
+def test_a_run_that_goes_on_meets_the_jump_too(tmp_path: Path) -> None:
+    model = eomgen.build(driven("0.1 * t if t < 2 else 0.2", duration=1.0), profile="quick")
+    model.simulate(0.5, 1e-2, checkpoint=tmp_path / "run.ckpt")
+    assert model.resume(tmp_path / "run.ckpt", 1.0).success
+    with pytest.raises(eomgen.UsageError, match="the rate of the driven angle jumps"):
+        model.resume(tmp_path / "run.ckpt", 3.0)
+
+
+def test_the_command_line_refuses_what_jumps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "driven.toml"
+    scene.write_text(
+        'format = 1\nname = "driven"\n[bodies]\nsled = { mass = 1 }\n'
+        '[joints]\nrail = { type = "prismatic", parent = "base", child = "sled", axis = [1, 0, 0] }\n'
+        "[constraints.motor]\n"
+        'type = "prismatic"\nfirst = { body = "base", axis = [1, 0, 0], x_axis = [0, 1, 0] }\n'
+        'second = { body = "sled", axis = [1, 0, 0], x_axis = [0, 1, 0] }\ndrive = "0.1 if t > 0.5 else 0"\n',
+        encoding="utf-8",
+    )
+    for verb in (["info"], ["generate", "--out", str(tmp_path / "c")], ["simulate", "--out", str(tmp_path / "out")]):
+        assert main([verb[0], str(scene), *verb[1:]]) == 3
+        text = "driven.toml:11 (constraints.motor.drive): the driven travel jumps from 0 to 0.1 m at t = 0.5 s"
+        assert text in capsys.readouterr().err
+
+
+def test_random_laws_are_judged_by_what_they_do(rng: np.random.Generator) -> None:
+    """Two polynomials that meet with a gap in the value, in the rate, or in neither, at a time that a formula hides or shows."""
+    for trial in range(60):
+        place = float(rng.uniform(0.5, 9.5))
+        a, b, c, d = rng.normal(size=4).tolist()
+        value, rate = (float(np.exp(rng.uniform(-6, 2))) * (trial % 3 == k) for k in (1, 2))
+        condition = (f"t < {place!r}", f"exp(t / 3) < {math.exp(place / 3)!r}")[trial % 2]
+        u = f"(t - {place!r})"
+        drive = f"({a!r} + {b!r}*{u} + {c!r}*{u}**2 if {condition} else {a + value!r} + {b + rate!r}*{u} + {d!r}*{u}**2)"
+        [law] = laws_of(driven(drive))
+        assert not smooth(law.formula)
+        jump = first_jump(law.formula, (), 0.0, 10.0, False)
+        if trial % 3 == 0:
+            assert jump is None
+            continue
+        assert jump is not None and jump.order == (0 if value else 1)
+        assert jump.time == pytest.approx(place, rel=1e-9)
+        assert jump.after - jump.before == pytest.approx(value or rate, rel=1e-4)
