@@ -13,6 +13,8 @@ from eomgen.codegen.program import Program
 
 #: Version of the data below; part of every cache key.
 LAYOUT_VERSION = 1
+#: Largest argument of compiled sines and cosines, rad: up to it, what is subtracted of it are exact products.
+LARGEST_ANGLE = 1e10
 
 
 def interface_layout(program: Program) -> dict[str, Any]:

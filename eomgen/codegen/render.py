@@ -18,6 +18,7 @@ from eomgen.codegen.assembly import LOOPED, assembly
 from eomgen.codegen.c_names import CNames
 from eomgen.codegen.files import FILE_LIMIT, plan_files
 from eomgen.codegen.interface import INTERFACE_CDEF, SIZES
+from eomgen.codegen.layout import LARGEST_ANGLE
 from eomgen.codegen.names import c_string, comment
 from eomgen.codegen.printer import COUNTING, Printer, number
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
@@ -42,6 +43,7 @@ def environment() -> jinja2.Environment:
         keep_trailing_newline=True,
         autoescape=False,
     )
+    env.globals["largest_angle"] = LARGEST_ANGLE
     env.filters["comment"] = comment
     env.filters["c_string"] = c_string
     env.filters["number"] = number

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import UsageError
 from eomgen.lie import product
+from eomgen.runtime.large_angles import HINT, REASON, large_angles, large_joint_angles
 from eomgen.runtime.left_curves import left_curves
 
 if TYPE_CHECKING:
@@ -27,13 +28,13 @@ _ORDER = (
 
 def first_non_finite(
     model: Model, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
-) -> tuple[str, bool, str]:
+) -> tuple[str, bool, tuple[str, str]]:
     """Return the first block that is not finite, whether it is so at the last good state or only where the next step leads, and
-    the curves that are left there.
+    the cause that formulas and angles show there, with what to try.
 
     ``state`` is (q, v, a, z).
 
-    The texts are empty where all blocks are finite, or no curve is left.
+    The texts are empty where all blocks are finite, or no cause is known.
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
@@ -46,9 +47,20 @@ def first_non_finite(
             time = t + step if ahead else t
             block = _at(model, time, q, v, z, p, signals)
             if block:
-                left = left_curves(model.scene, _values(model, time, q, v, z, p, signals))
-                return f"{block} at t = {time:.9g} s", not ahead, left
-    return "", False, ""
+                values = _values(model, time, q, v, z, p, signals)
+                return f"{block} at t = {time:.9g} s", not ahead, _cause(model, q, values)
+    return "", False, ("", "")
+
+
+def _cause(model: Model, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
+    """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
+    if left := left_curves(model.scene, values):
+        return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    if taken := large_angles(model.scene, values):
+        return f", where formulas take {taken}: {REASON}", HINT
+    if angles := large_joint_angles(model.q_names, model.q_units, q):
+        return f", where {angles}: {REASON}", "smaller initial angles and velocities, or a shorter run"
+    return "", ""
 
 
 def _values(

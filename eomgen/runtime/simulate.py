@@ -22,6 +22,7 @@ from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, first_non_finite
 from eomgen.runtime.indefinite import beyond_order_in_run, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
+from eomgen.runtime.large_angles import check_angles
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
@@ -146,6 +147,7 @@ def simulate(
     from_caller = read_signals(inputs, model.inputs, steps)
     check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
     check_laws_of_run(model, p, t_first, t_first + step * steps)
+    check_angles(model.scene, dict(zip(model.parameters, p, strict=True)), from_caller, t_first, t_first + step * steps)
     if stepped_by.family in SERIES_FAMILIES:
         check_held(name, from_caller)
     signals = InputSignals(
@@ -238,12 +240,12 @@ def _message(
         return f"reached t = {t:.9g} s in {run.steps} steps"
     text = stepper.status_text(run.status)
     _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
-    block, already, left = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
+    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
     inertia = None if block else indefinite_mass(model, q, p, run.rows[0, 1 : 1 + model.nq], settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {inertia.what}" if inertia else ""
     hint = inertia.hint if inertia else advice(text, settings)
-    if left:
-        details, hint = f"{details}, where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    if cause[0]:
+        details, hint = details + cause[0], cause[1]
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"

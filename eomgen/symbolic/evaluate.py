@@ -192,9 +192,9 @@ _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
     Op.SIGN: _numpy_sign,
     Op.MIN: lambda x, y: np.where((np.real(x) <= np.real(y)) | np.isnan(x), x, y),
     Op.MAX: lambda x, y: np.where((np.real(y) <= np.real(x)) | np.isnan(x), x, y),
-    Op.LT: lambda x, y: np.where(np.real(x) < np.real(y), 1.0, 0.0),
-    Op.LE: lambda x, y: np.where(np.real(x) <= np.real(y), 1.0, 0.0),
-    Op.SELECT: lambda condition, x, y: np.where(np.real(condition) != 0.0, x, y),
+    Op.LT: lambda x, y: np.where(np.isnan(x) | np.isnan(y), np.nan, np.real(x) < np.real(y)),
+    Op.LE: lambda x, y: np.where(np.isnan(x) | np.isnan(y), np.nan, np.real(x) <= np.real(y)),
+    Op.SELECT: lambda condition, x, y: np.where(np.isnan(condition), np.nan, np.where(np.real(condition) != 0.0, x, y)),
     Op.CURVE: lambda x, curve, derivative: curve(x, derivative),
 }
 
@@ -202,7 +202,10 @@ _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
 def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
     import mpmath  # noqa: PLC0415  # as in evaluate_mpmath
 
-    one, zero, re = mpmath.mpf(1), mpmath.mpf(0), mpmath.re
+    one, zero, nan, re = mpmath.mpf(1), mpmath.mpf(0), mpmath.mpf("nan"), mpmath.re
+
+    def truth(holds: bool, x: Any, y: Any) -> Any:
+        return nan if mpmath.isnan(x) or mpmath.isnan(y) else one if holds else zero
 
     def atan2(y: Any, x: Any) -> Any:
         angle = mpmath.atan2(re(y), re(x))
@@ -228,8 +231,8 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
         Op.SIGN: lambda x: mpmath.sign(re(x)),
         Op.MIN: lambda x, y: x if re(x) <= re(y) or mpmath.isnan(x) else y,
         Op.MAX: lambda x, y: x if re(y) <= re(x) or mpmath.isnan(x) else y,
-        Op.LT: lambda x, y: one if re(x) < re(y) else zero,
-        Op.LE: lambda x, y: one if re(x) <= re(y) else zero,
-        Op.SELECT: lambda condition, x, y: x if re(condition) != 0 else y,
+        Op.LT: lambda x, y: truth(re(x) < re(y), x, y),
+        Op.LE: lambda x, y: truth(re(x) <= re(y), x, y),
+        Op.SELECT: lambda condition, x, y: nan if mpmath.isnan(condition) else x if re(condition) != 0 else y,
         Op.CURVE: polynomial,
     }

@@ -74,25 +74,35 @@ static inline eg_wide eg_blend(eg_bits mask, eg_wide then, eg_wide otherwise)
     return eg_from_bits((mask & eg_to_bits(then)) | (~mask & eg_to_bits(otherwise)));
 }
 
+/* What a comparison gives: 1 or 0, and NaN where something that is compared is not a number, so that it does not vanish in a choice. */
+static inline eg_wide eg_truth(eg_bits holds, eg_bits unordered)
+{
+    return eg_from_bits((holds & eg_to_bits(EG_WIDE(1.0))) | unordered);
+}
+static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
+{
+    return eg_from_bits(eg_to_bits(eg_blend(EG_MASK(c != EG_WIDE(0.0)), x, y)) | EG_MASK(c != c));
+}
+
 /* Sine and cosine together, without branches.
  *
- * The argument is reduced by multiples of pi/2 in three pieces (33 + 33 + 53 bits), the rest of the reduction is carried to first
- * order, and the quadrant is read from the bits of the rounded multiple. Absolute error below 1e-16 for |x| <= 1e6. Up to
- * 2^45 the result is that of an argument within about one unit in the last place of x; beyond, it is that of 0. NaN and infinities give NaN.
+ * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are exact for multiples
+ * below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from the bits of the rounded multiple.
+ * Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or without. Beyond, where neighbouring numbers are 2e-6
+ * and more apart, for NaN and for infinities both are NaN.
  */
+#define EG_LARGEST_ANGLE 10000000000.0
 static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
     const eg_bits magnitude = eg_to_bits(x) & UINT64_C(0x7fffffffffffffff);
-    const eg_bits small = EG_MASK(eg_from_bits(magnitude) < EG_WIDE(35184372088832.0));
-    const eg_wide y = eg_from_bits(eg_to_bits(x) & small) + (x - x); /* x - x is NaN where x is not finite */
+    const eg_bits within = EG_MASK(eg_from_bits(magnitude) <= EG_WIDE(EG_LARGEST_ANGLE));
+    const eg_wide y = eg_from_bits(eg_to_bits(x) | ~within); /* all bits set are a NaN */
     const eg_wide rounded = y * EG_WIDE(0.6366197723675814) + round;
     const eg_wide n = rounded - round;
     const eg_bits quadrant = eg_to_bits(rounded);
-    const eg_wide high = y - n * EG_WIDE(1.5707963267341256);
-    const eg_wide middle = n * EG_WIDE(6.077100506303966e-11);
-    const eg_wide first = high - middle;
-    const eg_wide low = ((high - first) - middle) - n * EG_WIDE(2.0222662487959506e-21);
+    const eg_wide first = (y - n * EG_WIDE(1.5707969665527344)) - n * EG_WIDE(-6.39757672615815e-07);
+    const eg_wide low = n * EG_WIDE(1.6513995372426592e-13);
     const eg_wide r = first + low;
     const eg_wide rest = (first - r) + low;
     const eg_wide z = r * r;
@@ -118,10 +128,9 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 #if defined(EG_REAL_IS_DOUBLE)
 #define K(c) (c)
 static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline real eg_lt(real x, real y) { return (real)(x < y); }
-static inline real eg_le(real x, real y) { return (real)(x <= y); }
-static inline real eg_select(real c, real x, real y) { return eg_blend(EG_MASK(c != 0.0), x, y); }
-static inline real eg_not_a_number(real x) { return (real)(x != x); }
+static inline real eg_lt(real x, real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_le(real x, real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_select(real c, real x, real y) { return eg_choose(c, x, y); }
 #define EG_SQRT(x) sqrt(x)
 #define EG_TAN(x) tan(x)
 #define EG_ASIN(x) asin(x)
@@ -149,10 +158,9 @@ static inline void eg_sincos(real x, real *sine, real *cosine)
     *sine = (float)s;
     *cosine = (float)c;
 }
-static inline real eg_lt(real x, real y) { return (real)(x < y); }
-static inline real eg_le(real x, real y) { return (real)(x <= y); }
-static inline real eg_select(real c, real x, real y) { return (float)eg_blend(EG_MASK(c != 0.0F), (double)x, (double)y); }
-static inline real eg_not_a_number(real x) { return (real)(x != x); }
+static inline real eg_lt(real x, real y) { return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_le(real x, real y) { return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_select(real c, real x, real y) { return (float)eg_choose((double)c, (double)x, (double)y); }
 #define EG_SQRT(x) sqrtf(x)
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
@@ -190,14 +198,12 @@ static inline void eg_sincos(real x, real *sine, real *cosine)
     *sine = eg_complex(s * ch, c * sh);
     *cosine = eg_complex(c * ch, -(s * sh));
 }
-static inline real eg_lt(real x, real y) { return (real)(creal(x) < creal(y)); }
-static inline real eg_le(real x, real y) { return (real)(creal(x) <= creal(y)); }
+static inline real eg_lt(real x, real y) { return (real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y))); }
+static inline real eg_le(real x, real y) { return (real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y))); }
 static inline real eg_select(real c, real x, real y)
 {
-    const eg_bits mask = EG_MASK(creal(c) != 0.0);
-    return eg_complex(eg_blend(mask, creal(x), creal(y)), eg_blend(mask, cimag(x), cimag(y)));
+    return eg_complex(eg_choose(creal(c), creal(x), creal(y)), eg_choose(creal(c), cimag(x), cimag(y)));
 }
-static inline real eg_not_a_number(real x) { return (real)(x != x); }
 static inline real eg_abs(real x) { return eg_select(eg_lt(x, K(0.0)), -x, x); }
 /* The angle of (x, y) turned back by that of the real parts is small, so its arc tangent is on the right branch. */
 static inline real eg_atan2(real y, real x)
@@ -240,10 +246,9 @@ static inline real eg_pow(real x, real y)
 #define K(c) EG_WIDE(c)
 #define EG_LANE(x, lane) ((x)[lane])
 static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline real eg_lt(real x, real y) { return eg_from_bits(EG_MASK(x < y) & eg_to_bits(K(1.0))); }
-static inline real eg_le(real x, real y) { return eg_from_bits(EG_MASK(x <= y) & eg_to_bits(K(1.0))); }
-static inline real eg_select(real c, real x, real y) { return eg_blend(EG_MASK(c != K(0.0)), x, y); }
-static inline real eg_not_a_number(real x) { return eg_from_bits(EG_MASK(x != x) & eg_to_bits(K(1.0))); }
+static inline real eg_lt(real x, real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_le(real x, real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline real eg_select(real c, real x, real y) { return eg_choose(c, x, y); }
 static inline real eg_abs(real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
 #define EG_DEFINE_LANEWISE(name, function)                                                                              \
     static inline real name(real x)                                                                                    \
@@ -307,9 +312,9 @@ static inline real eg_cos(real x)
     return c;
 }
 /* Not a number stays so through each of these: a curve that is left must stop the run, not vanish in max(0, curve). */
-static inline real eg_sign(real x) { return eg_select(eg_not_a_number(x), x, eg_lt(K(0.0), x) - eg_lt(x, K(0.0))); }
-static inline real eg_min(real x, real y) { return eg_select(eg_lt(y, x) + eg_not_a_number(y), y, x); }
-static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y) + eg_not_a_number(y), y, x); }
+static inline real eg_sign(real x) { return eg_lt(K(0.0), x) - eg_lt(x, K(0.0)); }
+static inline real eg_min(real x, real y) { return eg_select(eg_lt(y, x), y, x); }
+static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
 #define EG_SIN(x) eg_sin(x)

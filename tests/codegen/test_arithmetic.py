@@ -119,6 +119,25 @@ def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) 
 
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 @pytest.mark.parametrize("profile", ["quick", "fast"])
+def test_not_a_number_passes_through_comparisons_and_choices(real: str, profile: str, tmp_path: Path) -> None:
+    tape = Tape()
+    x, y, one, two = tape.input("q", 0), tape.input("q", 1), tape.constant(1.0), tape.constant(2.0)
+    refs = [tape.call(Op.LT, x, y), tape.call(Op.LE, y, x), tape.select(tape.call(Op.LT, x, y), one, two)]
+    refs += [tape.select(tape.call(Op.LE, x, one), tape.call(Op.SQRT, y), two)]  # what is not chosen may be anything
+    system = make_system("choices", tape, [Function("choices", "", ("q",), (Block("y", (len(refs),), tuple(refs)),))])
+    library = compile_system(system, tmp_path, profile=profile, real=real)
+    q = np.array([[2.0, np.nan], [np.nan, 2.0], [2.0, -np.inf], [-np.inf, 4.0], [2.0, 2.0]])
+    (found,) = call(library, "choices", {"q": q})
+    in_numpy = evaluate(tape, refs, {"q": q})
+    in_mpmath = [[complex(value) for value in evaluate_mpmath(tape, refs, {"q": list(map(float, row))})] for row in q]
+    nan = np.nan
+    wanted = [[nan, nan, nan, 2], [nan, nan, nan, nan], [0, 1, 2, 2], [1, 0, 1, 2], [0, 1, 2, 2]]
+    for values in (found, in_numpy, np.array(in_mpmath)):
+        assert np.array_equal(values.real, wanted, equal_nan=True)
+
+
+@pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
+@pytest.mark.parametrize("profile", ["quick", "fast"])
 def test_not_a_number_passes_through_min_max_abs_and_sign(real: str, profile: str, tmp_path: Path) -> None:
     tape = Tape()
     x, y, zero = tape.input("q", 0), tape.input("q", 1), tape.constant(0.0)
