@@ -44,7 +44,7 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
 )
 
 #: Functions of a motion that is known: no stepper calls them.
-_OBSERVED = frozenset({"energy", "outputs", "poses", "twists"})
+_OBSERVED = frozenset({"energy", "outputs", "poses", "twists", "joint_angles"})
 
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
@@ -150,6 +150,9 @@ class System:
         A legal C identifier; prefix of every exported symbol.
     factors : tuple of Factor
         The configuration, a product of groups.
+    angles : tuple of str
+        Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only. Each is
+        within half a turn of its angle, which the function ``joint_angles`` gives; whoever moves q lets it follow.
     functions : mapping from name to Function
         ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
     dof_parent : (nv,) tuple
@@ -207,6 +210,7 @@ class System:
     description: str = ""
     defaults: Mapping[str, Any] = field(default_factory=dict)
     order: int = 0
+    angles: tuple[str, ...] = ()
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
@@ -215,7 +219,7 @@ class System:
 
     @property
     def nq(self) -> int:
-        return sum(factor.q_size for factor in self.factors)
+        return sum(factor.q_size for factor in self.factors) + len(self.angles)
 
     @property
     def nv(self) -> int:
@@ -259,6 +263,14 @@ class System:
         angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
         return tuple(sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles))
 
+    @property
+    def angles_are_held(self) -> bool:
+        """Whether a constraint depends on an angle that is counted over turns."""
+        first = self.nq - len(self.angles)
+        rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
+        held = self.tape.depends_on(ref for block in rows for ref in block.refs)
+        return any(symbol.block == "q" and symbol.index >= first for symbol in held)
+
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:
         """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
@@ -276,6 +288,8 @@ class System:
                 for index in range(size):
                     part = f"_{index}" if size > 1 else ""
                     names[InputSymbol(block, start + index)] = f"{block}_{factor.name}{part}"
+        for index, label in enumerate(self.angles, self.nq - len(self.angles)):
+            names[InputSymbol("q", index)] = "q_" + re.sub(r"\W+", "_", label).strip("_")
         uses = Counter(names.values())
         return {symbol: name for symbol, name in names.items() if uses[name] == 1 and not _TAKEN.fullmatch(name)}
 

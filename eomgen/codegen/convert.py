@@ -81,6 +81,7 @@ def to_program(
             **{block: size for block, size in system.rate_sizes.items() if size},
         },
         factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
+        angles=system.angles,
         parameters=_named(system.parameters, "p_"),
         inputs=_named(system.inputs, "u_"),
         states=_named(system.states, "z_"),

@@ -149,6 +149,8 @@ class Program:
         ``q, v, z, u, p, lam, bodies``, ``base``, and of the blocks of derivatives that functions ask for.
     factors : tuple of mappings
         group, name, q_start, q_size, v_start, v_size.
+    angles : tuple of str
+        Numbers of q behind the factors: references of angles that are counted over turns.
     base_fields : tuple of (name, size, meaning)
     functions : tuple of ProgramFunction
     loops : tuple of ProgramLoop
@@ -195,6 +197,7 @@ class Program:
     series: tuple[ProgramFunction, ...] = ()
     validity: tuple[Mapping[str, Any], ...] = ()
     start: str = ""
+    angles: tuple[str, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

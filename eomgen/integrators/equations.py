@@ -61,6 +61,7 @@ class Equations:
     partials : of the same arguments -> (K, C, M), the left-trivialised derivatives of r by q, v and vdot; implicit methods only
     constraints : Constraints, optional
     internal : InternalStates, optional; the mechanical callables then take z by its name
+    followed : (t, q) -> q with what it counts over turns brought to where its poses are, optional
     """
 
     factors: Sequence[FactorLike]
@@ -69,6 +70,7 @@ class Equations:
     partials: Callable[..., tuple[Array, Array, Array]] | None = None
     constraints: Constraints | None = None
     internal: InternalStates | None = None
+    followed: Callable[[float, Array], Array] | None = None
 
     def at(self, z: Array) -> Equations:
         """Return the mechanical equations with the internal states held."""

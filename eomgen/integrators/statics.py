@@ -44,6 +44,7 @@ class Statics:
     stiffness(q, lam, z) : left-trivialised derivative of r by q
     rates(q, z) : zdot
     couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
+    followed(q) : q with what it counts over turns brought to where its poses are
     """
 
     factors: Sequence[FactorLike]
@@ -56,6 +57,7 @@ class Statics:
     stiffness: Callable[[Array, Array, Array], Array]
     rates: Callable[[Array, Array], Array]
     couplings: Callable[[Array, Array], tuple[Array, Array, Array]]
+    followed: Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,7 @@ class Search:
 
 def examine(statics: Statics, q: Array, z: Array) -> Point:
     """Return forces and stiffness at rest at q and z. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+    q = statics.followed(q)
     L = np.linalg.cholesky(statics.mass(q))
     inverse: Array = np.linalg.inv(L)
     B = statics.jacobian(q) @ inverse.T

@@ -192,6 +192,7 @@ def _generalized_alpha(
         else:
             raise NumericalError(Problem(f"t = {t:.9g}", "Newton's iteration did not converge", "a smaller step"))
         q = product.update(equations.factors, start, step * (x[:nv] - part))
+        q = q if equations.followed is None else equations.followed(t, q)
         a = ((1.0 - alpha_f) * vdot_new + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
         means = [x[:nv], *means[:2]]
         z_rate = ((1.0 - alpha_f) * zdot_new + alpha_f * zdot - rate_alpha_m * z_rate) / (1.0 - rate_alpha_m)

@@ -60,5 +60,9 @@ def equations_of(system: Any) -> Equations:
             lambda t, q: dense("B", (nl, nv), t, q=q),
             lambda t, q, v: dense("Z", (nl, nv), t, q=q, v=v),
         )
+    def followed(t: float, q: Array) -> Array:
+        return np.concatenate([q[: nq_of_poses], value("joint_angles", "turned", t, q=q)])
+
+    nq_of_poses = system.nq - len(system.angles)
     forward = None if nl else lambda t, q, v, **z: value("forward_dynamics", "vdot", t, q=q, v=v, **z)
-    return Equations(system.factors, forward, residual, partials, constraints, internal)
+    return Equations(system.factors, forward, residual, partials, constraints, internal, followed if system.angles else None)

@@ -12,6 +12,7 @@ from eomgen.mechanics.base import base_state, resting_base
 from eomgen.mechanics.beams.matrices import geometric, structural
 from eomgen.mechanics.bodies import accelerations, poses, twists
 from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
+from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
 from eomgen.mechanics.forces import applied_loads
@@ -30,7 +31,7 @@ from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tape_partials import differentiated_partials
 from eomgen.mechanics.tree import Tree
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -248,6 +249,14 @@ class Derivation:
 
     def jacobian_values(self) -> list[Block]:
         return jacobian_values(self)
+
+    def joint_angles(self) -> list[Block]:
+        """Return the angles that are counted over turns, and their rates."""
+        angles, rates = ([self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv")
+        return [
+            self._vector("turned", angles, "over turns, within half a turn of the references in q, rad"),
+            self._vector("turned_rate", rates, "rad/s"),
+        ]
 
     # -- internal states ----------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
 from eomgen.mechanics.beams.constants import described, named_constants
+from eomgen.mechanics.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.driver_rates import base_rates, input_rates
@@ -171,6 +172,11 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     taken = {block for function in made.values() for block in function.inputs}
     functions = {name: _pruned(derivation, function, timed) for name, function in made.items()}
     functions |= _drivers(derivation, order, taken)
+    angles = angle_labels(scene)
+    if angles:
+        what = "angles of joints over all turns, which steppers let the references in q follow"
+        of_angles = Function("joint_angles", what, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
+        functions[of_angles.name] = _pruned(derivation, of_angles, timed)
     facts = _facts(derivation)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
@@ -184,7 +190,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         inputs=tuple(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in scene.inputs),
         states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),
         outputs=tuple(Quantity(o.name, 0.0, len(o.values), o.unit, o.description) for o in scene.outputs),
-        bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v,
+        bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v, angles=angles,
         multipliers=(*rows.names, *rows.velocity_names) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,

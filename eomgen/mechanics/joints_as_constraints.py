@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.constraints import place, rates_of, turned_past
+from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.joints import Direction, aligning_turn, perpendicular
 from eomgen.mechanics.kinematics import Kinematics
@@ -43,6 +45,18 @@ def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tupl
     return tuple((row[0], row[1], row[2]) for row in rows)
 
 
+@dataclass(frozen=True)
+class Turn:
+    """An angle by its sine and cosine, both times the same positive number."""
+
+    sine: Scalar
+    cosine: Scalar
+
+    def past(self, sine: Scalar, cosine: Scalar) -> Turn:
+        """Return how far the angle is beyond another one."""
+        return Turn(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
+
+
 class AbsoluteQuantities(Quantities):
     """Resolves the symbols of formulas when bodies have absolute coordinates: joint coordinates are measured between frames."""
 
@@ -52,7 +66,9 @@ class AbsoluteQuantities(Quantities):
         tape = self.algebra.tape
         self.seeds = configuration_directions(tree)
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
-        self._coordinates: dict[str, tuple[Scalar, ...]] = {}
+        self._measures: dict[str, tuple[Scalar | Turn, ...]] = {}
+        poses = sum(factor.q_size for factor in tree.factors)
+        self._references = {angle: self._input("q", poses + number) for number, angle in enumerate(counted_angles(scene))}
         _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
 
     def __call__(self, symbol: Symbol) -> Scalar:
@@ -60,33 +76,46 @@ class AbsoluteQuantities(Quantities):
             return self.coordinate(symbol.name, symbol.index)
         if symbol.kind == "v":
             tape = self.algebra.tape
-            return Scalar(tape, jacobian_vector(tape, [self.coordinate(symbol.name, symbol.index).ref], self.rates)[0])
+            return Scalar(tape, jacobian_vector(tape, [self._within_half_a_turn(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
             what = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
             raise ModelError(what, "the acceleration of a point")
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:
-        """Return an angle (within half a turn) or a travel of a joint."""
-        if joint not in self._coordinates:
+        """Return a travel of a joint or an angle: over turns where it is counted, else within half a turn."""
+        reference, measure = self._references.get((joint, index)), self._measure(joint, index)
+        if reference is None or isinstance(measure, Scalar):
+            return self._within_half_a_turn(joint, index)
+        call = self.algebra.call
+        past = measure.past(call(Op.SIN, reference), call(Op.COS, reference))
+        return reference + call(Op.ATAN2, past.sine, past.cosine)
+
+    def _within_half_a_turn(self, joint: str, index: int) -> Scalar:
+        """Return a travel, or an angle within half a turn: all that rates and virtual work need to know."""
+        measure = self._measure(joint, index)
+        return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
+
+    def _measure(self, joint: str, index: int) -> Scalar | Turn:
+        if joint not in self._measures:
             item = self.constraints[joint]
             if item is None or item.type == "spherical":
                 raise ModelError(
                     f"joint {joint!r} has no single coordinate that absolute coordinates could measure",
                     "a force or torque on the body, or joint coordinates",
                 )
-            self._coordinates[joint] = self._measured(item)
-        return self._coordinates[joint][index]
+            self._measures[joint] = self._measured(item)
+        return self._measures[joint][index]
 
-    def _measured(self, item: Constraint) -> tuple[Scalar, ...]:
+    def _measured(self, item: Constraint) -> tuple[Scalar | Turn, ...]:
         """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
         first, second = place(self, item.first), place(self, item.second)
         gap = minus(second.origin, first.origin)
 
-        def angle(x: Vector, y: Vector, along: Vector) -> Scalar:
-            return self.algebra.call(Op.ATAN2, dot(y, along), dot(x, along))
+        def angle(x: Vector, y: Vector, along: Vector) -> Turn:
+            return Turn(dot(y, along), dot(x, along))
 
-        def turn() -> Scalar:
+        def turn() -> Turn:
             return angle(first.axis(0), first.axis(1), second.axis(0))
 
         def travel(k: int) -> Scalar:
@@ -109,42 +138,27 @@ class AbsoluteQuantities(Quantities):
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         tape = self.algebra.tape
-        (tangent,) = forward_partials(tape, [self.coordinate(joint, index).ref], self.seeds)
+        (tangent,) = forward_partials(tape, [self._within_half_a_turn(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 
 def following_rows(quantities: AbsoluteQuantities) -> list[tuple[str, Scalar]]:
     """Return for each joint that follows another the equation that its coordinate is the leader's, multiplied, plus an offset.
 
-    An angle that follows is compared by its sine. Angles are known within half a turn, so an angle can be followed only by an
-    angle that turns whole times as fast.
-
-    Raises
-    ------
-    ModelError
-        For joints that follow an angle otherwise.
+    An angle that follows is compared by its sine, and so needs no count of its own turns.
     """
-    joints = {joint.name: joint for joint in quantities.scene.joints}
-    rows, problems = list[tuple[str, Scalar]](), list[Problem]()
-    for joint in joints.values():
+    rows = list[tuple[str, Scalar]]()
+    for joint in quantities.scene.joints:
         if joint.mimic is None:
             continue
-        multiplier, whole = quantities.formula(joint.mimic.multiplier), joint.mimic.multiplier
-        if joints[joint.mimic.joint].type == "revolute":
-            integer = isinstance(whole, Number) and whole.value == int(whole.value)
-            if joint.type != "revolute" or not integer:
-                what = "follows an angle, which absolute coordinates measure within half a turn, and is no whole multiple of it"
-                problems.append(Problem(f"joints.{joint.name}.mimic", what, "joint coordinates"))
-                continue
-        target = multiplier * quantities.coordinate(joint.mimic.joint) + quantities.formula(joint.mimic.offset)
+        target = quantities.formula(joint.mimic.multiplier) * quantities.coordinate(joint.mimic.joint)
+        target = target + quantities.formula(joint.mimic.offset)
         item = quantities.constraints[joint.name]
         if joint.type == "revolute" and item is not None:
             value = turned_past(quantities, target, place(quantities, item.first), place(quantities, item.second))
         else:
             value = quantities.coordinate(joint.name) - target
         rows.append((f"{joint.name}: follows {joint.mimic.joint}", value))
-    if problems:
-        raise ModelError(problems)
     return rows
 
 

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.mechanics.base import base_law
+from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.scene.beam import Beam
+from eomgen.scene.formula_nodes import Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 
@@ -33,11 +35,14 @@ def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0."""
-    poses, twists = _bodies_at_start(derivation.scene)
+    """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0.
+
+    Behind the poses in q are the joints' angles that are counted over turns.
+    """
+    poses, twists, angles = _bodies_at_start(derivation.scene)
     names = [body.name for body in derivation.scene.bodies]
     nq = sum(factor.q_size for factor in derivation.tree.factors)
-    q, v = np.zeros(nq), np.zeros(derivation.tree.nv)
+    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv)
     for link, factor in zip(derivation.tree.links, derivation.tree.factors, strict=True):
         mount = derivation.tree.mounts[link.name]
         pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
@@ -60,7 +65,7 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
     return {"p": np.array([parameter.value for parameter in scene.parameters if parameter.tunable])}
 
 
-def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     bare = replace(scene, constraints=(), states=(), controllers=(), forces=(), efforts=(), springs=(), torsion_springs=())
     tree = Derivation(replace(bare, coordinates="joint"))
     initial_q, initial_v = joint_start(tree)
@@ -73,9 +78,11 @@ def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.floa
         law = base_law(tree.algebra, scene.base, tree.tree.parameters)
         inputs["base"] = np.array(evaluate(tree.tape, [value.ref for value in law], inputs))
     (pose,), (twist,) = tree.poses(), tree.twists()
+    angles = [tree.quantities(Symbol("q", *angle)).ref for angle in counted_angles(scene)]
     return (
         np.array(evaluate(tree.tape, pose.refs, inputs)).reshape(-1, 7),
         np.array(evaluate(tree.tape, twist.refs, inputs)).reshape(-1, 6),
+        np.array(evaluate(tree.tape, angles, inputs), dtype=float).reshape(-1),
     )
 
 

@@ -13,8 +13,11 @@ Array = NDArray[np.float64]
 
 
 def configuration_rate(factors: Sequence[FactorLike], q: Array, v: Array) -> Array:
-    """Return qdot (..., nq) of velocities v (..., nv): quaternions by p * (0, omega) / 2, positions by R xdot."""
-    result = np.empty((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), q.shape[-1]))
+    """Return qdot (..., nq) of velocities v (..., nv): quaternions by p * (0, omega) / 2, positions by R xdot.
+
+    References of angles, which are no part of the factors, stay.
+    """
+    result = np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), q.shape[-1]))
     for factor in factors:
         velocity = v[..., factor.v_start : factor.v_start + factor.v_size]
         if factor.group == "R":

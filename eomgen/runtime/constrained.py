@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,4 +76,5 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
         jacobian=lambda q, _: at("constraint_jacobian", q=q),
         mass=lambda q: model.mass(q, parameters=parameters),
     )
-    return assemble(equations, q, v, t)
+    found = assemble(equations, q, v, t)
+    return replace(found, q=model._terms.followed(found.q, t, parameters))

@@ -114,6 +114,8 @@ def _between(
         a = _through_neighbours(rows.t, rows.a, t, index)
     else:
         v, a = cubic(ends[0][1:], ends[1][1:], duration, s)
+    poses = sum(factor.q_size for factor in factors)
+    q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)  # references of angles, near enough to tell turns
     return q, v, a, _through_neighbours(rows.t, rows.z, t, index)
 
 

@@ -154,6 +154,7 @@ def _statics(model: Model, p: Array, t: float, u: Inputs) -> Statics:
         stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
         rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
+        followed=lambda q: model._terms.followed(q, t, p, given["base"]),
     )
 
 

@@ -14,8 +14,8 @@ from eomgen.scene.term_names import TERMS, nearest_term
 Array = NDArray[np.float64]
 
 
-#: Functions of time alone, which fill arguments of the others.
-DRIVERS = ("base", "inputs", "base_rates", "input_rates")
+#: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references follow.
+DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
 class Functions:

@@ -54,7 +54,8 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: A
         if name == "z" and isinstance(value, Mapping):
             state.z[:] = by_name("state", value, model.states, state.z)
         else:
-            _put(getattr(state, name), slice(None), f"initial {name}", value)
+            given_value = model._terms.with_references("initial q", value) if name == "q" else value
+            _put(getattr(state, name), slice(None), f"initial {name}", given_value)
     _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
     check_finite("initial q", state.q, model.q_names)
     check_finite("initial v", state.v, model.v_names)

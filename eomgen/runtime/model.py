@@ -81,6 +81,9 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, scene.joints, scene.bodies)
+        self.angles = self._terms.angles
+        self.q_names += [f"q.{name}" for name in self.angles]
+        self.q_units += ["rad"] * len(self.angles)
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
@@ -301,7 +304,11 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         y = components("y", y, self.nq + self.nv + self.nz)
         q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
         turned = with_unit_quaternions(self.factors, q)
-        rates = [configuration_rate(self.factors, q, v), self.forward_dynamics(turned, v, t, u, z=z, parameters=parameters)]
+        of_q = configuration_rate(self.factors, q, v)
+        if self.angles:
+            p = self.parameter_array(parameters)
+            of_q[..., -len(self.angles) :] = self._terms.angle_motion(turned, v, t, p)[1]
+        rates = [of_q, self.forward_dynamics(turned, v, t, u, z=z, parameters=parameters)]
         if self.nz:
             rates.append(self.internal_rates(turned, v, z, t, u, parameters=parameters))
         return np.concatenate(rates, axis=-1)

@@ -203,6 +203,7 @@ def _moved(conditions: Conditions, unknowns: Unknowns, state: _State, change: Ar
 
 
 def _at(conditions: Conditions, q: Array, v: Array, z: Array) -> _State:
+    q = conditions.model._terms.followed(q, conditions.t, conditions.parameters)
     return _State(q, v, z, conditions.multipliers(q, v, z, conditions.root_of_mass(q)))
 
 

@@ -36,6 +36,8 @@ class Terms:
         layout: Mapping[str, Any] = library.layout
         self.functions = Functions(library)
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
+        self.angles = tuple(str(name) for name in layout["angles"])
+        self._first_angles = np.array(layout["initial_q"], dtype=float)[int(layout["sizes"]["q"]) - len(self.angles) :]
         self.moving_base = bool(layout["facts"]["moving_base"])
         self.fixed_parameters = tuple(fixed_parameters)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
@@ -60,10 +62,38 @@ class Terms:
         return array
 
     def configuration(self, q: ArrayLike) -> Array:
-        """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length."""
-        array = components("q", q, self.functions.sizes["q"])
+        """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length.
+
+        Where references of angles are left out, they are those of the initial state.
+        """
+        array = components("q", self.with_references("q", q), self.functions.sizes["q"])
         check_quaternions("q", array, self.factors)
         return array
+
+    def with_references(self, name: str, q: ArrayLike) -> ArrayLike:
+        """Return q with the initial state's references of angles behind it, where a caller gives the poses alone."""
+        if not self.angles:
+            return q
+        array = numbers(name, q)
+        if array.ndim == 0 or array.shape[-1] != self.functions.sizes["q"] - len(self.angles):
+            return array
+        return np.concatenate([array, np.broadcast_to(self._first_angles, (*array.shape[:-1], len(self.angles)))], axis=-1)
+
+    def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
+        """Return q (..., nq) with its references of angles put to the angles themselves, each within half a turn of them."""
+        if not self.angles:
+            return q
+        return np.concatenate([q[..., : -len(self.angles)], self.angle_motion(q, None, t, parameters, base)[0]], axis=-1)
+
+    def angle_motion(
+        self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Return the angles that are counted over turns and their rates, (..., number of angles) each."""
+        values = {"q": q, "v": np.zeros(self.functions.sizes["v"]) if v is None else v, "t": numbers("t", t), "p": parameters}
+        if "base" in self.functions.inputs("joint_angles"):
+            values["base"] = self.functions("base", values)[0] if base is None else base
+        angle, rate = self.functions("joint_angles", values)
+        return angle, rate
 
     def velocity(self, name: str, v: ArrayLike) -> Array:
         """Return v or a as (..., nv)."""

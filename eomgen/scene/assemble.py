@@ -30,7 +30,6 @@ from eomgen.scene.document import read_document
 from eomgen.scene.force_elements import Bushing
 from eomgen.scene.formula_scope import PARAMETERS, VELOCITY_SIZE, Names
 from eomgen.scene.frames import check_two_bodies
-from eomgen.scene.joint_limits import check_within_half_a_turn
 from eomgen.scene.joints import read_joint
 from eomgen.scene.limit_notes import beyond_limits
 from eomgen.scene.mimics import check_mimics
@@ -210,7 +209,6 @@ class _Assembler:
             for bushing in bushings:
                 check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, document.beams, self.report)
         if document.coordinates == "absolute":
-            check_within_half_a_turn(joints.values(), values, self.report)
             check_not_absolute(document.beams, self.report)
         inputs = []
         for name, entry in document.inputs.items():

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from eomgen.scene import schema_joints as written
 from eomgen.scene.force_elements import Friction, Stop
 from eomgen.scene.formula_nodes import Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS
-from eomgen.scene.joint import Joint
-from eomgen.scene.names import key_of
-from eomgen.scene.report import Report
 from eomgen.scene.values import Values
 
 #: Joints whose coordinates are plain numbers: the unit of each coordinate by its meaning.
@@ -132,16 +128,3 @@ def positive(key: str, value: float | str, what: str, values: Values, *, or_zero
         wanted = "0 or more" if or_zero else "a number above 0"
         values.report.add(key, f"{what} is {number:.6g}", wanted)
     return formula
-
-
-def check_within_half_a_turn(joints: Iterable[Joint], values: Values, report: Report) -> None:
-    """Report limits of angles that absolute coordinates cannot see: they measure within half a turn."""
-    for joint in joints:
-        turns = joint.type != "helical"  # whose angle is that of its travel, and counts turns
-        for stop in joint.stops:
-            for name, bound in (("lower", stop.lower), ("upper", stop.upper)):
-                number = values.value(bound) if bound is not None else 0.0
-                if tuple(COORDINATES[joint.type].values())[stop.index] == "rad" and turns and abs(number) >= math.pi:
-                    what = f"absolute coordinates measure angles within half a turn, and {number:.6g} rad is beyond"
-                    hint = "a limit between -pi and pi, or joint coordinates"
-                    report.add(key_of("joints", joint.name, "limits", name), what, hint)
