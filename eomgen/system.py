@@ -263,13 +263,13 @@ class System:
         angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
         return tuple(sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles))
 
-    @property
-    def angles_are_held(self) -> bool:
-        """Whether a constraint depends on an angle that is counted over turns."""
+    @cached_property
+    def positions(self) -> int:
+        """How many of the first numbers of q constraints look at: references of angles come last, and few do."""
         first = self.nq - len(self.angles)
         rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
         held = self.tape.depends_on(ref for block in rows for ref in block.refs)
-        return any(symbol.block == "q" and symbol.index >= first for symbol in held)
+        return self.nq if any(symbol.block == "q" and symbol.index >= first for symbol in held) else first
 
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:

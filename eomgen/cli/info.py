@@ -59,6 +59,7 @@ def described(system: System) -> dict[str, Any]:
         "groups": [
             {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size} for factor in system.factors
         ],
+        "angles": list(system.angles),
         "parameters": {item.name: item.value for item in system.parameters},
         "parameter_units": {item.name: item.unit for item in system.parameters},
         "inputs": [item.name for item in system.inputs],
@@ -122,6 +123,8 @@ def _print(data: dict[str, Any]) -> None:
     groups: dict[str, list[str]] = {}
     for factor in data["groups"]:
         groups.setdefault(factor["group"], []).append(factor["joint"])
+    if data["angles"]:
+        groups["over turns"] = data["angles"]
     out.print()
     print_table(
         "Configuration",

@@ -55,9 +55,7 @@ class SystemLike(Protocol):
     @property
     def turning(self) -> Any: ...
     @property
-    def angles(self) -> Any: ...
-    @property
-    def angles_are_held(self) -> bool: ...
+    def positions(self) -> int: ...
     @property
     def initial_z(self) -> Any: ...
     @property
@@ -103,7 +101,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
         "matrices": implicit or not (has_dynamics or isinstance(method, PartitionedRungeKutta | Taylor | Hermite)),
         "lie": _lie_data(system.factors, implicit, getattr(method, "variant", "")),
         "turning": list(system.turning),
-        "positions": _positions(system),
+        "positions": system.positions,
     }
     if jumps := jump_data(system.discontinuities, MAX_ORDER if isinstance(method, Taylor) else method.order):
         data["jumps"] = jumps
@@ -194,12 +192,6 @@ def _check_functions(method: Method, system: SystemLike) -> None:
 
 def _nv(system: SystemLike) -> int:
     return sum(factor.v_size for factor in system.factors)
-
-
-def _positions(system: SystemLike) -> int:
-    """Return how many numbers of q constraints depend on: references of angles come last, and few constraints look at them."""
-    poses = int(sum(factor.q_size for factor in system.factors))
-    return poses + (len(system.angles) if system.angles_are_held else 0)
 
 
 def _title(method: GeneralizedAlpha) -> str:

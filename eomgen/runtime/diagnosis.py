@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Largest turn of a joint within a step that steppers count, rad.
+COUNTED = 0.9 * 2.0 * np.pi
+
 _ORDER = (
     ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
     ("force", "Q (the generalized force)"), ("internal_rate", "zdot (the rates of the internal states)"),
@@ -73,6 +76,9 @@ def _values(
     for factor in model.factors:
         values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
         values |= {("v", factor.name, index): float(value) for index, value in enumerate(v[factor.v])}
+    for number, label in enumerate(model.angles, model.nq - len(model.angles)):
+        joint, _, index = label.partition(".angle")
+        values["q", joint, int(index.strip("[]") or 0)] = float(q[number])
     values |= {("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)}
     try:
         u = signals.rows(np.array([t]))[0]
@@ -174,6 +180,15 @@ def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
     return total
 
 
+def fast_joint(model: Model, t: float, q: Array, v: Array, p: Array, step: float) -> str:
+    """Return which joint turns too far within a step for its turns to be counted, empty where none does."""
+    if not model.angles:
+        return ""
+    turns = step * np.abs(model._terms.angle_motion(q, v, t, p)[1])
+    k = int(np.argmax(turns))
+    return f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
+
+
 def advice(status_text: str, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
     smaller = f"a step smaller than {settings['step']:.3g} s"
@@ -185,7 +200,7 @@ def advice(status_text: str, settings: Mapping[str, float]) -> str:
         return "the inertia of the bodies and, near special configurations, other initial angles"
     if "finite" in status_text or "not a number" in status_text:
         return f"{smaller}; then the forces and formulas near that time"
-    if "highest frequency" in status_text:
+    if "highest frequency" in status_text or "turns by more than" in status_text:
         return smaller
     if "converge" in status_text:
         return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller

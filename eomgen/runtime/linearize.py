@@ -209,7 +209,8 @@ def _given_state(model: Model, given: Mapping[str, Any]) -> State:
     for name, size in sizes.items():
         if given.get(name) is None:
             continue
-        parts[name] = components(name, given[name], size)
+        whole = model._terms.with_references(name, given[name]) if name == "q" else given[name]
+        parts[name] = components(name, whole, size)
         if parts[name].ndim != 1:
             what = f"one state is needed, not a batch of shape {parts[name].shape}"
             raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))

@@ -19,7 +19,7 @@ from eomgen.runtime.between import between_of
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
-from eomgen.runtime.diagnosis import advice, doubts, first_non_finite
+from eomgen.runtime.diagnosis import advice, doubts, fast_joint, first_non_finite
 from eomgen.runtime.indefinite import beyond_order_in_run, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
 from eomgen.runtime.large_angles import check_angles
@@ -242,7 +242,8 @@ def _message(
     _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
     block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
     inertia = None if block else indefinite_mass(model, q, p, run.rows[0, 1 : 1 + model.nq], settings["step"])
-    details = f"; the first block that is not finite is {block}" if block else f"; {inertia.what}" if inertia else ""
+    found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
+    details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
     hint = inertia.hint if inertia else advice(text, settings)
     if cause[0]:
         details, hint = details + cause[0], cause[1]

@@ -56,6 +56,10 @@ class Model:
         return Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False)
 
     @property
+    def positions(self) -> int:
+        return len(self.q)
+
+    @property
     def counts(self) -> dict[str, Counts]:
         return {name: Counts(additions=40) for name in self.functions}
 
@@ -443,6 +447,7 @@ class StepperContext:
     method: dict[str, Any]
     has_base: bool
     version: str = "test"
+    angles: tuple[str, ...] = ()
 
     def function(self, name: str) -> Function:
         return next(function for function in self.functions if function.name == name)

@@ -11,7 +11,7 @@ from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.force import Effort, TorsionSpring
 from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.joint import SIZES, Joint, Mimic
+from eomgen.scene.joint import ANGLES, SIZES, Joint, Mimic
 from eomgen.scene.reader import load_toml
 from eomgen.scene.scene import BASE, Output, Point, Scene
 from eomgen.system import System
@@ -94,6 +94,37 @@ def test_same_accelerations_of_points(seed: int, groups: str, base: str, rng) ->
     check_same_motion(joint, absolute, state, moved)
 
 
+def joint_angles(joint: System, absolute: System, state: dict[str, Array]) -> Array:
+    """Return the angles that absolute coordinates count over turns, from a state in joint coordinates."""
+    starts = {factor.name: factor.q_start for factor in joint.factors}
+    labels = [label.partition(".angle") for label in absolute.angles]
+    return np.stack([state["q"][:, starts[name] + int(index.strip("[]") or 0)] for name, _, index in labels], axis=1)
+
+
+def over_turns(absolute: System, moved: dict[str, Array], angles: Array, rng: np.random.Generator) -> dict[str, Array]:
+    """Return states of absolute bodies whose references of angles are anywhere within half a turn of them."""
+    references = angles + rng.uniform(-0.95 * np.pi, 0.95 * np.pi, angles.shape)
+    return {**moved, "q": np.concatenate([moved["q"][:, : absolute.nq - len(absolute.angles)], references], axis=1)}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5, 8])
+def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
+    """Springs, torsion springs, efforts, formulas and outputs of angles of up to 60 turns, wherever the references are."""
+    scene = with_base(loaded(seed), seed)
+    joint, absolute = (derive(item, [*JOINT, *ROWS]) for item in (scene, in_absolute(scene, "mixed")))
+    at_joint = tape_evaluator(joint)
+    state = random_states(joint, STATES, rng)
+    kinds = {item.name: item.type for item in scene.joints}
+    for factor in joint.factors:
+        state["q"][:, factor.q_start : factor.q_start + ANGLES.get(kinds[factor.name], 0)] *= 160.0
+    state = on_base(at_joint, state)
+    angles = joint_angles(joint, absolute, state)
+    moved = over_turns(absolute, absolute_state(scene, joint, absolute, state, at_joint), angles, rng)
+    measured = tape_evaluator(absolute)("joint_angles", moved)
+    np.testing.assert_allclose(measured["turned"], angles, rtol=1e-14, atol=1e-12)
+    check_same_motion(joint, absolute, state, moved)
+
+
 LOOPS = [("distance", False), ("point_on_line", False), ("cylindrical", True), ("rolling", False)]
 
 
@@ -148,13 +179,24 @@ def test_joints_that_follow_others(groups: str, rng) -> None:
     check_same_motion(joint, absolute, state, moved)
 
 
-@pytest.mark.parametrize(("follower", "multiplier"), [("prismatic", 1.0), ("revolute", 0.5)])
-def test_what_follows_an_angle_in_part_is_refused(follower: str, multiplier: float) -> None:
+@pytest.mark.parametrize(("follower", "multiplier"), [("prismatic", 0.01), ("revolute", 0.37), ("revolute", -2.0)])
+def test_what_follows_an_angle_over_turns(follower: str, multiplier: float, rng) -> None:
+    """A rack, or a gear of any ratio, follows an angle of many turns as the coordinate that it is in joint coordinates."""
     scene = with_followers(1)
-    joints = list(scene.joints)
-    joints[1] = replace(joints[1], type=follower, mimic=Mimic("A", number(multiplier)))  # type: ignore[arg-type]
-    with pytest.raises(ModelError, match=r"joints\.B\.mimic: follows an angle, .* and is no whole multiple"):
-        derive(in_absolute(replace(scene, joints=tuple(joints)), "SE3"), JOINT)
+    leader, rack = scene.joints[:2]
+    rack = replace(rack, type=follower, mimic=Mimic("A", number(multiplier), number(0.2)), stiffness=number(0.0))  # type: ignore[arg-type]
+    turn = Output("turn", (Symbol("q", "A"),))
+    scene = replace(scene, joints=(leader, rack), bodies=scene.bodies[:2], points=(), outputs=(turn,))
+    joint, absolute = derive(scene, [*JOINT, *ROWS]), derive(in_absolute(scene, "SE3"), [*JOINT, *ROWS])
+    assert absolute.angles == ("A.angle",)
+    at_joint = tape_evaluator(joint)
+    state = random_states(joint, STATES, rng)
+    state["q"] = 40.0 * state["q"]
+    free = replace(scene, joints=(leader, replace(rack, mimic=None)))
+    every = derive(free, JOINT)
+    q, v = (np.stack([state[name][:, 0], multiplier * state[name][:, 0]], axis=1) for name in "qv")
+    moved = absolute_state(free, every, absolute, {**state, "q": q + np.array([0.0, 0.2]), "v": v}, at_joint)
+    check_same_motion(joint, absolute, state, over_turns(absolute, moved, joint_angles(joint, absolute, state), rng))
 
 
 def test_there_are_fixed_joints_among_the_scenes() -> None:

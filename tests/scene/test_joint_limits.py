@@ -177,15 +177,11 @@ def test_messages(joint: str, key: str, value: str, message: str) -> None:
     assert problem(joint, **{key: value}).partition(" (")[2] == message
 
 
-def test_absolute_coordinates_see_half_a_turn_only() -> None:
+def test_absolute_coordinates_take_limits_of_many_turns() -> None:
     text = ARM.replace('name = "arm"\n', 'name = "arm"\ncoordinates = "absolute"\n')
-    text = text.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = -3.2, upper = 3.1, stiffness = 1 }\n")
-    with pytest.raises(DescriptionError) as caught:
-        load_toml(text, file="arm.toml")
-    assert str(caught.value.problems[0]).partition(" (")[2] == (
-        "joints.hinge.limits.lower): absolute coordinates measure angles within half a turn, and -3.2 rad is beyond; "
-        "try: a limit between -pi and pi, or joint coordinates"
-    )
+    text = text.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = -30, upper = 40, stiffness = 1 }\n")
+    (stop,) = next(joint for joint in load_toml(text, file="arm.toml").joints if joint.name == "hinge").stops
+    assert (stop.lower, stop.upper) == (Number(-30.0), Number(40.0))
 
 
 def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> None:
