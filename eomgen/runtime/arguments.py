@@ -30,6 +30,13 @@ def numbers(name: str, value: ArrayLike) -> Array:
         raise UsageError(Problem(name, f"an array of real numbers is needed, not {type(value).__name__}: {error}")) from None
 
 
+def read_only(values: ArrayLike) -> Array:
+    """Return a copy that cannot be written to: what a model hands out of itself."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
 def components(name: str, value: ArrayLike, size: int) -> Array:
     """Return an array of shape (..., size). Raises UsageError with the expected and the given shape."""
     array = numbers(name, value)

@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.calls import ByName, checked_calls, unknown_attribute
-from eomgen.runtime.arguments import components, numbers
+from eomgen.runtime.arguments import components, numbers, read_only
 from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
 from eomgen.runtime.constrained import consistent
 from eomgen.runtime.coordinates import coordinate_names, coordinate_units
-from eomgen.runtime.demands import check_demands, demands_of
 from eomgen.runtime.derivatives import check_derivatives
 from eomgen.runtime.functions import DRIVERS
 from eomgen.runtime.internal_states import InternalStates
 from eomgen.runtime.prescribed import Prescribed
 from eomgen.runtime.rates import Rates
+from eomgen.runtime.requirements import Requirements
 from eomgen.runtime.runs import Runs
 from eomgen.runtime.terms import Inputs, Parameters, States, Terms
 from eomgen.scene.scene import Scene
@@ -77,7 +77,9 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self._built = built
         self._gains = gains
         self._others: dict[tuple[str, ...], Model] = {}
-        self._terms = Terms(library, [item.name for item in scene.parameters if not item.tunable])
+        self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+        fixed = [item.name for item in scene.parameters if not item.tunable]
+        self._terms = Terms(library, fixed, Requirements(scene, tuple(self._parameters)))
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, scene.joints, scene.bodies)
@@ -87,12 +89,10 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
-        self._demands = demands_of(scene)
         self.beams = frozenset(body.name for body in scene.bodies if body.beam is not None)
-        self.initial_q = np.array(layout["initial_q"], dtype=float)
-        self.initial_v = np.array(layout["initial_v"], dtype=float)
-        self.initial_z = np.array(layout["initial_z"], dtype=float)
-        self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+        self.initial_q = read_only(layout["initial_q"])
+        self.initial_v = read_only(layout["initial_v"])
+        self.initial_z = read_only(layout["initial_z"])
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
@@ -321,11 +321,9 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         Raises
         ------
         UsageError
-            Unknown names, wrong shapes, values that are not finite, or at which a property of a beam is not what it must be.
+            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
         """
-        array = self._terms.parameters(parameters)
-        check_demands(self._demands, self.scene, list(self.parameters), array)
-        return array
+        return self._terms.parameters(parameters)
 
     def _one(self, term: str, **given: Any) -> Array:
         return self._terms.call(term, **given)[0]

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import Problem, UsageError
-from eomgen.runtime.arguments import by_name, check_finite, check_quaternions, components, numbers
+from eomgen.runtime.arguments import by_name, check_finite, check_quaternions, components, numbers, read_only
 from eomgen.runtime.constrained import accelerations, blocks_of, solvable
 from eomgen.runtime.coordinates import Factor
 from eomgen.runtime.derivatives import DERIVATIVES, derivative_values
 from eomgen.runtime.functions import Functions
+from eomgen.runtime.requirements import Requirements
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
@@ -30,9 +31,11 @@ class Terms:
     library : Library
     fixed_parameters : sequence of str
         Those that the scene has besides the tunable ones, for messages.
+    requirements : Requirements
+        Of the scene, for tunable parameters.
     """
 
-    def __init__(self, library: Library, fixed_parameters: Sequence[str] = ()) -> None:
+    def __init__(self, library: Library, fixed_parameters: Sequence[str], requirements: Requirements) -> None:
         layout: Mapping[str, Any] = library.layout
         self.functions = Functions(library)
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
@@ -44,13 +47,18 @@ class Terms:
         self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
         self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
         self.state_names = tuple(str(item["name"]) for item in layout["states"])
-        self._initial_z = np.array(layout["initial_z"], dtype=float)
-        self._initial_z.setflags(write=False)
-        self._defaults = np.array([item["value"] for item in layout["parameters"]], dtype=float)
-        self._defaults.setflags(write=False)
+        self._initial_z = read_only(layout["initial_z"])
+        self._defaults = read_only([item["value"] for item in layout["parameters"]])
+        self._requirements = requirements
 
     def parameters(self, parameters: Parameters) -> Array:
-        """Return tunable parameters as (..., np). Raises UsageError for unknown names, wrong shapes and non-finite values."""
+        """Return tunable parameters as (..., np).
+
+        Raises
+        ------
+        UsageError
+            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+        """
         if parameters is None:
             return self._defaults
         if isinstance(parameters, Mapping):
@@ -59,6 +67,7 @@ class Terms:
         else:
             array = components("parameters", parameters, len(self.parameter_names))
         check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])
+        self._requirements.check(array)
         return array
 
     def configuration(self, q: ArrayLike) -> Array:

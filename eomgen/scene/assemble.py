@@ -33,6 +33,7 @@ from eomgen.scene.frames import check_two_bodies
 from eomgen.scene.joints import read_joint
 from eomgen.scene.limit_notes import beyond_limits
 from eomgen.scene.mimics import check_mimics
+from eomgen.scene.motion import check_motion
 from eomgen.scene.names import key_of
 from eomgen.scene.outputs import read_output
 from eomgen.scene.part import Part, signature
@@ -98,10 +99,11 @@ def from_data(
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
     document = checks.check_names(document, refused, report)
-    assembler = _Assembler(document, refused, data, report, folder or Path())
+    judged = data.get("bodies", ()) if inertias_checked else part.judged
+    assembler = _Assembler(document, refused, data, report, folder or Path(), judged)
     for key, text in part.bound.items():
-        assembler.values.formula(key, text, PARAMETERS)
-    result = assembler.fields(data.get("bodies", ()) if inertias_checked else part.judged)
+        assembler.reader().formula(key, text, PARAMETERS)
+    result = assembler.fields()
     report.raise_problems()
     curves = result["curves"]
     settled = result["simulation"].start == "equilibrium"
@@ -111,11 +113,12 @@ def from_data(
         if joint.stops and not settled
         for note in beyond_limits(joint, joint.initial_position, assembler.values.value)
     ]
+    unused = checks.unused_names(document, assembler.values)
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted),
+        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted, *unused),
         metadata=dict(metadata or {}),
     )
 
@@ -136,6 +139,7 @@ class _Assembler:
         data: Mapping[str, Any],
         report: Report,
         folder: Path,
+        judged: Collection[str],
     ) -> None:
         self.document = document
         self.refused = refused
@@ -167,8 +171,9 @@ class _Assembler:
             curves=self.curve_table,
             tyres=(*document.tyres, *sorted(refused["tyres"])),
         )
-        defaults = {parameter.name: parameter.value for parameter in self.parameters}
-        self.values = Values(names, defaults, report, frozenset().union(*refused.values()))
+        self.names = names
+        self.judged = {key_of("bodies", body, field) for body in judged for field in ("mass", "inertia")}
+        self.values = self.reader()
         self.broken = sorted(refused["bodies"] | refused["beams"])
         self.bodies = [*document.bodies, *document.beams, *self.broken]
         self.unresisted: list[str] = []
@@ -176,8 +181,13 @@ class _Assembler:
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
 
-    def fields(self, judged: Collection[str]) -> dict[str, Any]:
-        """Return the fields of the Scene; they are right only if the report stays empty. The inertias of ``judged`` are fine."""
+    def reader(self) -> Values:
+        """Return a reader of values that has read nothing yet."""
+        defaults = {parameter.name: parameter.value for parameter in self.parameters}
+        return Values(self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged)
+
+    def fields(self) -> dict[str, Any]:
+        """Return the fields of the Scene; they are right only if the report stays empty."""
         document, values = self.document, self.values
         bodies = {name: read_body(name, body, values) for name, body in document.bodies.items()}
         bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items()}
@@ -188,15 +198,12 @@ class _Assembler:
         sections = {name: "bodies" if body.beam is None else "beams" for name, body in bodies.items()}
         order = ordered(links, sections, self.broken, complete, self.report)
         check_mimics(joints, self.refused["joints"], self.report)
-        inertias = checks.body_inertias(bodies.values(), values)
-        unjudged = {name: entry for name, entry in inertias.items() if name not in judged and sections[name] == "bodies"}
-        checks.check_inertias(unjudged, self.report)
-        inertias = {name: entry for name, entry in inertias.items() if not self.report.concerns(key_of(sections[name], name))}
+        checks.check_inertias(bodies.values(), values)
         if complete and len(order) == len(links) == len(bodies):
             tree = [joints[link.name] for link in order]
-            checks.check_motion(tree, inertias, sections, values, absolute=document.coordinates == "absolute")
+            check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
             if document.coordinates == "joint" and not document.constraints and not self.report.found:
-                self.unresisted = unresisted_motions(tree, inertias, sections, values)
+                self.unresisted = unresisted_motions(tree, checks.body_inertias(bodies.values(), values), sections, values)
             check_frames(tree, bodies, values)
         points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
         constraints = tuple(
@@ -252,6 +259,7 @@ class _Assembler:
             "forces": forces,
             "efforts": tuple(read_effort(name, effort, values) for name, effort in document.efforts.items()),
             "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
+            "requirements": tuple(values.requirements),
             "simulation": scene.Simulation(
                 simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
                 simulation.alpha, simulation.beta, simulation.gamma, simulation.start,

@@ -16,8 +16,9 @@ import numpy as np
 from eomgen.scene import schema_beams as written
 from eomgen.scene.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.formula_nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
-from eomgen.scene.joint_limits import positive
+from eomgen.scene.formula_scope import PARAMETERS
 from eomgen.scene.names import key_of
+from eomgen.scene.requirements import RELATIONS
 from eomgen.scene.scene import Body
 from eomgen.scene.values import Values
 
@@ -49,9 +50,8 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
             deformations.append(_deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values))
     if not deformations:
         values.report.add(key, "the beam deforms in no way", f"one of {', '.join(KINDS)}, or a body of [bodies]")
-    if entry.torsion is not None and polar == ZERO:
-        what = "torsion needs the inertia of the sections about the axis, without which it has no inertia"
-        values.report.add(f"{key}.torsion", what, "polar_inertia, density times polar second moment of area")
+    if entry.torsion is not None and not values.report.concerns(f"{key}.polar_inertia"):
+        values.require(f"{key}.torsion", RELATIONS["inertia of torsion"], [polar])
     beam = replace(
         line,
         deformations=tuple(deformations),
@@ -117,19 +117,19 @@ class _Section:
         if section is None:
             return
         place = f"{key}.section"
-        self.modulus = positive(f"{place}.elastic_modulus", section.elastic_modulus, "the elastic modulus", values)
-        self.density = positive(f"{place}.density", section.density, "the density", values)
-        self.area = positive(f"{place}.area", section.area, "the area of a section", values)
+        self.modulus = values.formula(f"{place}.elastic_modulus", section.elastic_modulus, PARAMETERS)
+        self.density = values.formula(f"{place}.density", section.density, PARAMETERS)
+        self.area = values.formula(f"{place}.area", section.area, PARAMETERS)
         if section.second_moments is not None:
             self.moments = [
-                positive(f"{place}.second_moments[{at}]", moment, "a second moment of area", values)
+                values.formula(f"{place}.second_moments[{at}]", moment, PARAMETERS)
                 for at, moment in enumerate(section.second_moments)
             ]
 
     def mass_per_length(self) -> Formula:
         if self.entry.mass_per_length is not None:
             self.once("mass_per_length")
-            return positive(f"{self.key}.mass_per_length", self.entry.mass_per_length, "the mass per length", self.values)
+            return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.entry.section is None:
             self.values.report.add(self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
             return ZERO
@@ -137,15 +137,13 @@ class _Section:
 
     def polar_inertia(self) -> Formula:
         if self.entry.polar_inertia is not None:
-            return positive(
-                f"{self.key}.polar_inertia", self.entry.polar_inertia, "the polar inertia", self.values, or_zero=True
-            )
+            return self.values.formula(f"{self.key}.polar_inertia", self.entry.polar_inertia, PARAMETERS)
         return ZERO if self.moments is None else _product(self.density, _sum(*self.moments))
 
     def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
         place = f"{self.key}.{kind}.stiffness"
         if given.stiffness is not None:
-            return positive(place, given.stiffness, f"the stiffness of {kind}", self.values)
+            return self.values.formula(place, given.stiffness, PARAMETERS)
         section = self.entry.section
         needed = {"bending_y": "second_moments", "bending_z": "second_moments", "torsion": "shear_modulus and torsion_constant"}
         if section is not None and kind == "stretch":
@@ -155,7 +153,7 @@ class _Section:
         if section is not None and kind == "torsion" and None not in (section.shear_modulus, section.torsion_constant):
             parts = [("shear_modulus", section.shear_modulus), ("torsion_constant", section.torsion_constant)]
             shear, constant = (
-                positive(f"{self.key}.section.{field}", cast("float | str", value), f"the {field.replace('_', ' ')}", self.values)
+                self.values.formula(f"{self.key}.section.{field}", cast("float | str", value), PARAMETERS)
                 for field, value in parts
             )
             return _product(shear, constant)
@@ -221,10 +219,8 @@ def _deformation(
         elements=given.elements or 0,
         ends=given.ends or "clamped_free",
         damping_ratio=ratio,
-        stiffness_damping=positive(
-            f"{key}.stiffness_damping", given.stiffness_damping, "the damping of a beam", values, or_zero=True
-        ),
-        inertia_factor=positive(f"{key}.inertia_factor", given.inertia_factor, "the inertia factor", values),
+        stiffness_damping=values.formula(f"{key}.stiffness_damping", given.stiffness_damping, PARAMETERS),
+        inertia_factor=values.formula(f"{key}.inertia_factor", given.inertia_factor, PARAMETERS),
         initial_position=position,
         initial_velocity=velocity,
         nodal=given.coordinates == "nodal",

@@ -55,10 +55,6 @@ def _rows(key: str, entry: written.Bushing, what: str, values: Values) -> Rows:
         for field in fields:
             given = getattr(entry, field)
             diagonal += ZERO_VECTOR if given is None else values.vector(f"{key}.{field}", given, PARAMETERS)
-        for place, value in enumerate(diagonal):
-            if values.value(value) < 0.0:
-                where = f"{key}.{fields[place // 3]}[{place % 3}]"
-                values.report.add(where, f"the {what} is negative: {values.value(value):.6g}", "0 or more")
         return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
     for field in fields:
         if getattr(entry, field) is not None:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from eomgen.scene.control_section import made_by_controller
 from eomgen.scene.formula_scope import RESERVED
-from eomgen.scene.inertia import Inertia, combined, immovable, impossible, tensor
-from eomgen.scene.joint import Joint
-from eomgen.scene.mimics import led_or_following
-from eomgen.scene.names import NAME_LENGTH, NAME_RULE, is_legal, key_of, nearest, shown
+from eomgen.scene.inertia import Inertia, tensor
+from eomgen.scene.names import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.scene.report import Report
+from eomgen.scene.requirements import RELATIONS
 from eomgen.scene.scene import BASE, WORLD, Body
 from eomgen.scene.schema import SECTIONS, Document, Simulation
 from eomgen.scene.values import Values
@@ -113,27 +112,34 @@ def check_simulation(simulation: Simulation, report: Report) -> None:
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
-    """Return mass properties at the default parameters, for the bodies of which they are known."""
+    """Return mass properties at the default parameters."""
     known = {}
     for body in bodies:
-        mass = values.value(body.mass)
         center = [values.value(entry) for entry in body.center_of_mass]
         entries = [values.value(entry) for entry in body.inertia]
-        if all(math.isfinite(number) for number in (mass, *center, *entries)):
-            known[body.name] = Inertia(mass, np.array(center), tensor(entries))
+        known[body.name] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
     return known
 
 
-def check_inertias(inertias: Mapping[str, Inertia], report: Report) -> None:
-    """Report the bodies that cannot exist."""
-    for name, inertia in inertias.items():
-        fault = impossible(inertia.mass, inertia.about_center)
-        if fault:
-            if inertia.mass < 0.0:
-                report.add(key_of("bodies", name, "mass"), fault, "a positive number of kg")
-            else:
-                hint = f"the values of {name} about its centre of mass, in its own axes"
-                report.add(key_of("bodies", name, "inertia"), fault, hint)
+def check_inertias(bodies: Iterable[Body], values: Values) -> None:
+    """Require of rigid bodies inertias that bodies can have."""
+    for body in bodies:
+        key = key_of("bodies", body.name)
+        if body.beam is None and not values.report.concerns(key):
+            hint = f"the values of {body.name} about its centre of mass, in its own axes"
+            values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
+
+
+def unused_names(document: Document, values: Values) -> list[str]:
+    """Return a note on the parameters, and one on the inputs, that no formula mentions."""
+    notes = []
+    for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
+        unused = [name for name in names if (kind, name) not in values.mentioned]
+        if unused:
+            plural = len(unused) > 1
+            what = f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
+            notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
+    return notes
 
 
 def check_groups(document: Document, report: Report) -> None:
@@ -143,76 +149,3 @@ def check_groups(document: Document, report: Report) -> None:
         if joint.type == "fixed" and body is not None and body.group is not None:
             what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
             report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")
-
-
-def _moving_hint(joint: Joint) -> str:
-    if joint.type == "free":
-        return f"mass and inertia = [xx, yy, zz] for the body {joint.child}, or three prismatic joints for a point mass"
-    if joint.type == "spherical":
-        return f"inertia = [xx, yy, zz] for the body {joint.child}, or two revolute joints for what has no size"
-    return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
-
-
-def _directions(joint: Joint) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Return the axes of a joint in its own frame: axis, the direction across it, and the third of the frame."""
-    axis, second = np.array(joint.axis), np.array(joint.second_axis)
-    return np.array([axis, second, np.cross(axis, second)])
-
-
-def check_motion(
-    joints: Sequence[Joint],
-    inertias: Mapping[str, Inertia],
-    sections: Mapping[str, str],
-    values: Values,
-    *,
-    absolute: bool = False,
-) -> None:
-    """Report the absence of moving joints, and the outermost joints that move no inertia.
-
-    In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        Parents first.
-    inertias : mapping
-        Of each body; joints that carry a body missing here are not judged.
-    sections : mapping
-        The section of each body: those of ``beams`` move wherever they are fixed.
-    """
-    if all(joint.type == "fixed" and sections[joint.child] == "bodies" for joint in joints):
-        values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
-    carried: dict[str, list[Inertia] | None] = {}
-    coupled = led_or_following(joints, inertias, values)
-    moving_beyond: set[str] = set()
-    for joint in reversed(joints):
-        own = inertias.get(joint.child)
-        beyond = carried.pop(joint.child, [])
-        whole = None if own is None or beyond is None else combined([own, *beyond])
-        if joint.type == "fixed":
-            position = np.array([values.value(entry) for entry in joint.position])
-            known = whole is not None and bool(np.all(np.isfinite(position)))
-            before = carried.setdefault(joint.parent, [])
-            if whole is None or not known:
-                carried[joint.parent] = None
-            elif before is not None:
-                before.append(whole.moved(np.array(joint.orientation), position))
-            if joint.child in moving_beyond:
-                moving_beyond.add(joint.parent)
-            continue
-        judged = not values.report.concerns(key_of("joints", joint.name))
-        if absolute and whole is not None and judged:
-            fault = immovable("free", _directions(joint), whole, [0.0] * 6)
-            if fault:
-                what = f"in absolute coordinates the body {joint.child} moves on its own, and {fault}"
-                hint = "inertia = [xx, yy, zz] above zero, or joint coordinates"
-                values.report.add(key_of("bodies", joint.child), what, hint)
-        elif whole is not None and judged and joint.child not in moving_beyond and joint.name not in coupled:
-            rotors = [values.value(formula) for formula in joint.each(joint.rotor_inertia)]
-            fault = immovable(joint.type, _directions(joint), whole, rotors, values.value(joint.pitch))
-            if fault:
-                what = f"the joint {joint.name} cannot be moved by a force: {fault}, so the inertia matrix would be singular"
-                beam = sections[joint.child] == "beams"
-                hint = "polar_inertia for the beam, or another joint" if beam else _moving_hint(joint)
-                values.report.add(key_of("joints", joint.name), what, hint)
-        moving_beyond.add(joint.parent)

@@ -10,14 +10,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from eomgen.scene import schema_joints as written
 from eomgen.scene.constraint import Constraint
 from eomgen.scene.curve_checks import check_twice_differentiable
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import ZERO, Formula
 from eomgen.scene.formula_scope import PARAMETERS, TIME
 from eomgen.scene.frames import Need, check_two_bodies, read_frame
 from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
 from eomgen.scene.scene import Point
-from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
 
 #: What the equations of each type use of the first and the second frame, besides the origin.
@@ -57,10 +56,10 @@ def read_constraint(
         first=first,
         second=second,
         drive=_drive(key, entry.drive, values),
-        length=_positive(f"{key}.length", entry.length, values),
-        radius=_positive(f"{key}.radius", entry.radius, values),
+        length=_number(f"{key}.length", entry.length, values),
+        radius=_number(f"{key}.radius", entry.radius, values),
         shape=entry.shape or "disc",
-        pitch=Number(0.0) if entry.pitch is None else read_pitch(f"{key}.pitch", entry.pitch, values),
+        pitch=_number(f"{key}.pitch", entry.pitch, values),
     )
 
 
@@ -80,14 +79,8 @@ def _needs(entry: written.Constraint) -> tuple[Need, Need]:
     return AXES[entry.type]
 
 
-def _positive(key: str, value: float | str | None, values: Values) -> Formula:
-    if value is None:
-        return Number(0.0)
-    formula = values.formula(key, value, PARAMETERS)
-    number = values.value(formula)
-    if number <= 0.0:
-        values.report.add(key, f"{number:.6g} m is not positive", "a length in m")
-    return formula
+def _number(key: str, value: float | str | None, values: Values) -> Formula:
+    return ZERO if value is None else values.formula(key, value, PARAMETERS)
 
 
 def _kind(entry: written.Constraint) -> str:

@@ -15,6 +15,7 @@ from eomgen.scene.force import Spring
 from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula_scope import PARAMETERS, STATE
 from eomgen.scene.names import key_of
+from eomgen.scene.requirements import RELATIONS
 from eomgen.scene.scene import Controller, State
 from eomgen.scene.schema_control import Controller as Written
 from eomgen.scene.values import UNKNOWN, Values
@@ -22,7 +23,7 @@ from eomgen.scene.values import UNKNOWN, Values
 
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
     """Return the states and the output of a controller with memory; what is wrong is reported."""
-    key, report = key_of("controllers", name), values.report
+    key = key_of("controllers", name)
     e = UNKNOWN if entry.signal is None else values.formula(f"{key}.signal", entry.signal, STATE)
 
     def number(field: str, default: float) -> Formula:
@@ -34,8 +35,6 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
         return 0.0 if written is None else values.constant(f"{key}.{field}", written)
 
     T = number("time_constant", math.nan)
-    if entry.time_constant is not None and not values.value(T) > 0.0 and T is not UNKNOWN:
-        report.add(f"{key}.time_constant", f"the time constant {values.value(T):.6g} s is not positive", "0.01")
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
     limits = Limits(key, entry, values)
     made: dict[str, tuple[Formula, float]] = {}
@@ -77,10 +76,7 @@ class Limits:
             if written is not None:
                 self.bounds[operation] = values.formula(f"{key}.{field}", written, PARAMETERS)
         if len(self.bounds) == 2:
-            low, high = (values.value(self.bounds[operation]) for operation in ("max", "min"))
-            if low >= high:
-                what = f"the limits leave nothing: minimum {low:.6g} is not below maximum {high:.6g}"
-                values.report.add(f"{key}.minimum", what, "a smaller minimum")
+            values.require(f"{key}.minimum", RELATIONS["limits of an output"], [self.bounds["max"], self.bounds["min"]])
 
     @property
     def given(self) -> bool:
@@ -96,14 +92,8 @@ class Limits:
 def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values) -> Formula:
     """Return the tracking time: the one given, or the integral time kp/ki."""
     if entry.tracking is not None:
-        time = values.formula(f"{key}.tracking", entry.tracking, PARAMETERS)
-        if not values.value(time) > 0.0 and time is not UNKNOWN:
-            values.report.add(f"{key}.tracking", f"the tracking time {values.value(time):.6g} s is not positive", "0.1")
-        return time
-    gains = values.value(kp), values.value(ki)
-    if UNKNOWN not in (kp, ki) and not (gains[0] > 0.0 and gains[1] > 0.0):
-        what = f"limits need a tracking time where proportional/integral = {gains[0]:.6g}/{gains[1]:.6g} is none"
-        values.report.add(key, what, "tracking = 0.1")
+        return values.formula(f"{key}.tracking", entry.tracking, PARAMETERS)
+    values.require(key, RELATIONS["integral time"], [kp, ki])
     return Operation("div", (kp, ki))
 
 

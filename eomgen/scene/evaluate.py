@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from eomgen.scene.formula_nodes import Application, Formula, Number, Operation, Symbol
 
 _FUNCTIONS: Mapping[str, Callable[..., float]] = {
@@ -37,6 +40,35 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "sign": lambda a: math.copysign(1.0, a) if a != 0.0 else 0.0,
     "min": min,
     "max": max,
+}
+
+#: The same functions on arrays.
+_ARRAY_FUNCTIONS: Mapping[str, Callable[..., NDArray[np.float64]]] = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "pow": np.float_power,
+    "neg": np.negative,
+    "lt": lambda a, b: np.less(a, b).astype(np.float64),
+    "le": lambda a, b: np.less_equal(a, b).astype(np.float64),
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "sign": np.sign,
+    "min": np.minimum,
+    "max": np.maximum,
 }
 
 
@@ -82,6 +114,38 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
         condition, then, otherwise = formula.arguments
         return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
     return apply(formula.name, [evaluate(argument, value_of) for argument in formula.arguments])
+
+
+def evaluate_batch(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArray[np.float64]:
+    """Return the values of a formula for a batch of values of its symbols, of their broadcast shape.
+
+    NaN stands where ``evaluate`` raises; so of a ``select`` only the branch that is taken counts here, too.
+
+    Parameters
+    ----------
+    value_of : callable
+        Gives an array, or a number, for a symbol.
+    """
+    with np.errstate(all="ignore"):
+        return _values(formula, value_of)
+
+
+def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArray[np.float64]:
+    if isinstance(formula, Number):
+        return np.asarray(formula.value, dtype=np.float64)
+    if isinstance(formula, Symbol):
+        return np.asarray(value_of(formula), dtype=np.float64)
+    if isinstance(formula, Application):
+        return np.asarray(np.nan)
+    arguments = [_values(argument, value_of) for argument in formula.arguments]
+    if formula.name == "select":
+        condition, then, otherwise = arguments
+        return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))
+    value = _ARRAY_FUNCTIONS[formula.name](*arguments)
+    unknown = ~np.isfinite(value)
+    for argument in arguments:  # comparisons and powers make a number of NaN
+        unknown = unknown | np.isnan(argument)
+    return np.where(unknown, np.nan, value)
 
 
 def symbols(formula: Formula) -> frozenset[Symbol]:

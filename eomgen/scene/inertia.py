@@ -1,4 +1,4 @@
-"""Whether an inertia can belong to a real body, and whether a joint moves any inertia at all.
+"""Mass properties of bodies, and whether they can belong to a real one.
 
 Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent
 inertial parameter identification", IEEE RA-L 3(1), 2018.
@@ -6,14 +6,21 @@ inertial parameter identification", IEEE RA-L 3(1), 2018.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.scene.rotation import Array
 
+Numbers = float | NDArray[np.float64]
+Flags = bool | np.bool_ | NDArray[np.bool_]
+
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
+#: A moment of inertia below this part of the largest is none.
+NO_INERTIA = 1e-12
 
 
 @dataclass(frozen=True)
@@ -65,64 +72,69 @@ def impossible(mass: float, about_center: Array) -> str:
     if mass < 0.0:
         return f"the mass {mass:.6g} is negative"
     moments = np.linalg.eigvalsh(about_center)
-    smallest, largest = float(moments[0]), float(np.max(np.abs(moments)))
+    indefinite, one_sided = _impossible_moments(moments)
     listed = ", ".join(f"{moment:.6g}" for moment in moments)
-    if smallest < -_RELATIVE * largest:
+    if indefinite:
         return f"the inertia is not positive semidefinite: its principal moments are {listed}"
-    if moments[0] + moments[1] < moments[2] - _RELATIVE * largest:
+    if one_sided:
         return f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the other two"
     return ""
 
 
-def immovable(joint_type: str, axes: Array, carried: Inertia, rotor_inertias: Sequence[float], pitch: float = 0.0) -> str:
-    """Return why a joint moves no inertia, so that M is singular; empty where it does.
+def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell whether principal moments (..., 3), increasing, are negative, and whether they violate the triangle inequality."""
+    smallest, middle, largest = moments[..., 0], moments[..., 1], moments[..., 2]
+    rounding = _RELATIVE * np.max(np.abs(moments), axis=-1)
+    return np.asarray(smallest < -rounding), np.asarray(smallest + middle < largest - rounding)
 
-    Parameters
-    ----------
-    joint_type : str
-        A moving joint that carries one rigid assembly and no further moving joint.
-    axes : (3, 3) array
-        Axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the third of
-        the frame, in the joint's frame, row by row.
-    carried : Inertia
-        Of the assembly, in the joint's frame.
-    rotor_inertias : sequence of float
-        One for each velocity component.
-    pitch : float
-        Of a helical joint, m/rad.
+
+def not_physical(entries: Sequence[Numbers]) -> Flags:
+    """Tell of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, whether no real body has them.
+
+    Both conditions are that half the trace less the inertia, the second moments of the density, is positive semidefinite.
     """
-    rotor_inertia = max(rotor_inertias, default=0.0)
-    if carried.mass == 0.0 and not carried.about_center.any() and rotor_inertia == 0.0:
-        return "it carries neither mass nor inertia"
-    axis, about_origin = axes[0], carried.about_origin()
-    scale = float(np.max(np.abs(about_origin)))
-    along_axis = carried.mass * pitch * pitch if joint_type == "helical" else 0.0
-    turns = ("revolute", "helical", "cylindrical")
-    if joint_type in turns and axis @ about_origin @ axis + along_axis + rotor_inertias[0] <= 1e-12 * scale:
-        return "what it carries has no inertia about its axis"
-    if joint_type in ("prismatic", "cylindrical") and carried.mass + rotor_inertias[-1] == 0.0:
-        return "what it carries has no mass"
-    if joint_type in ("universal", "planar"):
-        return _immovable_by_two(joint_type, axes, carried, rotor_inertias)
-    if joint_type == "spherical" and np.linalg.eigvalsh(about_origin)[0] <= 1e-12 * scale:
-        return "what it carries has no inertia about some axis through its centre"
-    if joint_type == "free":
-        moments = np.linalg.eigvalsh(carried.about_center)
-        if carried.mass == 0.0 or moments[0] <= 1e-12 * moments[2]:
-            return "what it carries lacks mass, or inertia about some axis through its centre of mass"
-    return ""
+    xx, yy, zz, xy, xz, yz = entries
+    second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
+
+    def exactly(matrices: Array) -> Flags:
+        indefinite, one_sided = _impossible_moments(np.linalg.eigvalsh(matrices))
+        return indefinite | one_sided
+
+    return _unless(smallest_moment_above(second_moments, 0.0), exactly, entries)
 
 
-def _immovable_by_two(joint_type: str, axes: Array, carried: Inertia, rotor_inertias: Sequence[float]) -> str:
-    """The same for joints of two elementary motions, whose M at neutral position is small enough to be looked at."""
-    if joint_type == "universal":
-        M = axes[:2] @ carried.about_origin() @ axes[:2].T
-    else:
-        coupling = carried.mass * np.cross(axes[0], carried.center) @ axes[1:].T
-        turning = np.atleast_2d(axes[0] @ carried.about_origin() @ axes[0])
-        M = np.block([[turning, coupling[np.newaxis]], [coupling[:, np.newaxis], carried.mass * np.eye(2)]])
-    moments = np.linalg.eigvalsh(M + np.diag(rotor_inertias))
-    if moments[0] <= 1e-12 * moments[-1]:
-        needed = "two axes through its centre" if joint_type == "universal" else "its normal, or mass"
-        return f"what it carries lacks inertia about {needed}"
-    return ""
+def singular(entries: Sequence[Numbers]) -> Flags:
+    """Tell of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, whether the smallest moment is none."""
+    trace = entries[0] + entries[1] + entries[2]
+
+    def exactly(matrices: Array) -> Flags:
+        moments = np.linalg.eigvalsh(matrices)
+        return np.asarray(moments[..., 0] <= NO_INERTIA * moments[..., -1])
+
+    return _unless(smallest_moment_above(entries, 2.0 * NO_INERTIA * trace), exactly, entries)
+
+
+def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
+    """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False says nothing.
+
+    Where the leading minors are positive, the product of the two larger eigenvalues is below the square of half the trace.
+    """
+    xx, yy, zz, xy, xz, yz = entries
+    minor = xx * yy - xy * xy
+    determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
+    trace = xx + yy + zz
+    above = 4.0 * determinant > least * trace * trace
+    return np.logical_and(np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above))
+
+
+def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
+    """Return what ``exactly`` tells of matrices (n, 3, 3); of those that are ``sure`` or not finite it is not so."""
+    sure = np.asarray(sure)
+    found = np.zeros(sure.shape, dtype=bool)
+    if not sure.all():
+        judged = np.logical_not(sure)
+        for entry in entries:
+            judged = judged & np.isfinite(entry)
+        xx, yy, zz, xy, xz, yz = (np.broadcast_to(entry, sure.shape)[judged] for entry in entries)
+        found[judged] = exactly(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3))
+    return found

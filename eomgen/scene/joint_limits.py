@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from eomgen.scene import schema_joints as written
 from eomgen.scene.force_elements import Friction, Stop
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula_nodes import ZERO, Formula, Number
 from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.requirements import RELATIONS
 from eomgen.scene.values import Values
 
 #: Joints whose coordinates are plain numbers: the unit of each coordinate by its meaning.
@@ -48,12 +49,12 @@ class _Coordinates:
             for index, entry in enumerate(entries)
         ]
 
-    def positive(self, field: str, given: Given, what: str, *, default: float = 0.0, or_zero: bool = False) -> list[Formula]:
+    def coefficients(self, field: str, given: Given) -> list[Formula]:
         entries = self.counted(field, given)
         if entries is None:
-            return [Number(default)] * len(self.meanings)
+            return [ZERO] * len(self.meanings)
         return [
-            positive(self.place(field, index), default if entry is None else entry, what, self.values, or_zero=or_zero)
+            self.values.formula(self.place(field, index), 0.0 if entry is None else entry, PARAMETERS)
             for index, entry in enumerate(entries)
         ]
 
@@ -67,18 +68,15 @@ def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ..
     lowers, uppers = each.bounds("lower", limits.lower), each.bounds("upper", limits.upper)
     if not values.report.concerns(key) and not any(bound is not None for bound in (*lowers, *uppers)):
         values.report.add(key, "limits need lower, upper or both", "lower = -1.0, upper = 1.0")
-    stiffness = each.positive("stiffness", limits.stiffness, "the stiffness of a stop")
-    damping = each.positive("damping", limits.damping, "the damping of a stop", or_zero=True)
-    onset = each.positive("onset", limits.onset, "the onset of a stop")
+    stiffness, damping = each.coefficients("stiffness", limits.stiffness), each.coefficients("damping", limits.damping)
+    onset = each.coefficients("onset", limits.onset)
     if limits.onset is None:
         onset = [Number(ONSETS[unit]) for unit in units]
     stops = []
     for index, (lower, upper) in enumerate(zip(lowers, uppers, strict=True)):
-        if lower is not None and upper is not None and values.value(lower) >= values.value(upper):
-            place, unit = key if len(units) == 1 else f"{key}[{index}]", units[index]
-            low, high = values.value(lower), values.value(upper)
-            what = f"the lower limit {low:.6g} {unit} is not below the upper one, {high:.6g} {unit}"
-            values.report.add(place, what, "lower below upper")
+        if lower is not None and upper is not None:
+            place = key if len(units) == 1 else f"{key}[{index}]"
+            values.require(place, RELATIONS[f"limits in {units[index]}"], [lower, upper])
         if lower is not None or upper is not None:
             stops.append(Stop(index, lower, upper, stiffness[index], damping[index], onset[index]))
     return tuple(stops)
@@ -90,27 +88,21 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
     if friction is None or not _has_coordinates(key, joint, "friction", values):
         return ()
     each = _Coordinates(key, joint.type, values)
-    coulomb = each.positive("coulomb", friction.coulomb, "the Coulomb friction", or_zero=True)
-    velocity = each.positive("velocity", friction.velocity, "the regularisation velocity")
+    coulomb, velocity = each.coefficients("coulomb", friction.coulomb), each.coefficients("velocity", friction.velocity)
     if (friction.static is None) != (friction.stribeck is None):
         given, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
         example = "0.05" if missing == "stribeck" else "the effort that breaks it loose"
         values.report.add(key, f"{given} needs {missing} beside it", f"{missing} = {example}")
     if friction.static is None or friction.stribeck is None:
         pairs = enumerate(zip(coulomb, velocity, strict=True))
-        return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != Number(0.0))
-    static = each.positive("static", friction.static, "the static friction", or_zero=True)
-    stribeck = each.positive("stribeck", friction.stribeck, "the Stribeck velocity")
-    found = []
-    for index, parts in enumerate(zip(coulomb, velocity, static, stribeck, strict=True)):
-        level, slow, highest, speed = (values.value(part) for part in parts)
-        if highest < level and not values.report.concerns(key):
-            what = f"the static friction {highest:.6g} is below the Coulomb friction {level:.6g}"
-            values.report.add(each.place("static", index), what, "static above coulomb")
-        if speed <= slow and not values.report.concerns(key):
-            what = f"the Stribeck velocity {speed:.6g} is not above the regularisation velocity {slow:.6g}"
-            values.report.add(each.place("stribeck", index), what, "velocity = stribeck / 10")
-        found.append(Friction(index, *parts))
+        return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)
+    static, stribeck = each.coefficients("static", friction.static), each.coefficients("stribeck", friction.stribeck)
+    found = [Friction(*parts) for parts in zip(range(len(coulomb)), coulomb, velocity, static, stribeck, strict=True)]
+    for index, (level, slow, highest, speed) in enumerate(zip(coulomb, velocity, static, stribeck, strict=True)):
+        if not values.report.concerns(key):
+            values.require(each.place("static", index), RELATIONS["static friction"], [highest, level])
+        if not values.report.concerns(key):
+            values.require(each.place("stribeck", index), RELATIONS["Stribeck velocity"], [speed, slow])
     return tuple(found)
 
 
@@ -118,13 +110,3 @@ def _has_coordinates(key: str, joint: written.Joint, what: str, values: Values) 
     if joint.type not in COORDINATES:
         values.report.add(key, f"a {joint.type} joint has no {what}", "a bushing, an effort or a force")
     return joint.type in COORDINATES
-
-
-def positive(key: str, value: float | str, what: str, values: Values, *, or_zero: bool = False) -> Formula:
-    """Return a formula of parameters whose default is above zero, or zero where that is allowed too."""
-    formula = values.formula(key, value, PARAMETERS)
-    number = values.value(formula)
-    if number < 0.0 or (number == 0.0 and not or_zero):
-        wanted = "0 or more" if or_zero else "a number above 0"
-        values.report.add(key, f"{what} is {number:.6g}", wanted)
-    return formula

@@ -14,7 +14,6 @@ from eomgen.scene.joint import Coefficients, Joint, Mimic
 from eomgen.scene.joint_limits import COORDINATES, read_friction, read_stops
 from eomgen.scene.names import key_of, shown
 from eomgen.scene.rotation import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
-from eomgen.scene.screws import read_pitch
 from eomgen.scene.values import Values
 
 Direction = tuple[float, float, float]
@@ -43,7 +42,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         child=joint.child,
         axis=axis,
         second_axis=second,
-        pitch=Number(0.0) if joint.pitch is None else read_pitch(f"{key}.pitch", joint.pitch, values),
+        pitch=Number(0.0) if joint.pitch is None else values.formula(f"{key}.pitch", joint.pitch, PARAMETERS),
         position=values.vector(f"{key}.position", joint.position, PARAMETERS),
         orientation=_orientation(key, joint, values),
         initial_position=_initial_position(key, joint, values),
@@ -105,9 +104,6 @@ def _coefficients(key: str, field: str, joint: written.Joint, values: Values) ->
         return Number(0.0)
     keys = [place] if len(given) == 1 else [f"{place}[{number}]" for number in range(len(given))]
     formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, given, strict=True))
-    for at, formula in zip(keys, formulas, strict=True):
-        if field == "rotor_inertia" and values.value(formula) < 0.0:
-            values.report.add(at, "the rotor inertia is negative", "0 or more")
     return formulas[0] if len(formulas) == 1 else formulas
 
 

@@ -20,6 +20,7 @@ from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.force_elements import Bushing, Tyre
 from eomgen.scene.formula_nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
 from eomgen.scene.joint import Joint
+from eomgen.scene.requirements import Requirement
 
 BASE = "base"
 WORLD = "world"
@@ -171,6 +172,7 @@ class Scene:
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where nothing
         is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for bodies that
         spin fast and freely.
+    requirements : what its values must be that tunable parameters decide; checked where these are given.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
     content : bytes that determine the scene (canonical JSON of its data), for the cache key and for golden files.
@@ -202,6 +204,7 @@ class Scene:
     groups: Mapping[str, str] = field(default_factory=dict)
     simulation: Simulation = Simulation()
     terms: tuple[str, ...] = ()
+    requirements: tuple[Requirement, ...] = field(default=(), repr=False, compare=False)
     source: Mapping[str, str] = field(default_factory=dict)
     content: bytes = b""
     notes: tuple[str, ...] = ()

@@ -6,12 +6,12 @@ The laws are those of ``eomgen.control.semiactive``, where their sources are.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Mapping
 
 from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula_scope import PARAMETERS
 from eomgen.scene.names import key_of, nearest, shown
+from eomgen.scene.requirements import RELATIONS
 from eomgen.scene.schema_control import Controller as Written
 from eomgen.scene.values import UNKNOWN, Values
 
@@ -33,9 +33,6 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
         return UNKNOWN
     given = {field: getattr(entry, field) for field in ("damping", "groundhook", *_LIMITS) if getattr(entry, field) is not None}
     numbers = {field: values.formula(f"{key}.{field}", value, PARAMETERS) for field, value in given.items()}
-    for field, formula in numbers.items():
-        if values.value(formula) < 0.0:
-            report.add(f"{key}.{field}", f"{field} is negative ({values.value(formula):.6g})", "0 or more")
     if not entry.clipped:
         for field in _LIMITS:
             if field in given:
@@ -53,16 +50,11 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     if not entry.clipped:
         return tension
     least, most = numbers.get("minimum_damping", Number(0.0)), numbers["maximum_damping"]
-    low, high = values.value(least), values.value(most)
-    if not math.isnan(low + high) and low >= high:
-        what = f"the limits leave nothing: minimum_damping {low:.6g} is not below maximum_damping {high:.6g}"
-        field = "minimum_damping" if "minimum_damping" in given else "maximum_damping"
-        report.add(f"{key}.{field}", what, "a smaller minimum_damping")
+    field = "minimum_damping" if "minimum_damping" in given else "maximum_damping"
+    values.require(f"{key}.{field}", RELATIONS["limits of a damper"], [least, most])
     rate = Symbol("rate", entry.spring)
     if "width" not in numbers:
         return _clipped(tension, rate, least, most)
-    if not values.value(numbers["width"]) > 0.0 and numbers["width"] is not UNKNOWN:
-        report.add(f"{key}.width", f"the width {values.value(numbers['width']):.6g} m/s is not positive", "0.01, or no width")
     return _rounded(tension, rate, least, most, numbers["width"])
 
 

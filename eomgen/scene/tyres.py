@@ -9,8 +9,7 @@ from eomgen.scene.checks import check_reference
 from eomgen.scene.evaluate import symbols
 from eomgen.scene.force_elements import Slip, Tyre
 from eomgen.scene.formula_nodes import Formula, Number
-from eomgen.scene.formula_scope import ROAD
-from eomgen.scene.joint_limits import positive
+from eomgen.scene.formula_scope import PARAMETERS, ROAD
 from eomgen.scene.names import key_of
 from eomgen.scene.scene import BASE, WORLD, Point
 from eomgen.scene.values import Values
@@ -23,7 +22,7 @@ def read_tyre(name: str, entry: written.Tyre, points: Mapping[str, Point], value
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
         what = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
         report.add(f"{key}.center", what, "a point of the wheel's body")
-    damping = positive(f"{key}.damping", entry.damping, "the damping of a tyre", values, or_zero=True)
+    damping = values.formula(f"{key}.damping", entry.damping, PARAMETERS)
     road = _height(f"{key}.road", entry.road, entry.center, values)
     kinds = {symbol.kind for symbol in symbols(road)}
     moving = bool(kinds & {"time", "input"})
@@ -39,10 +38,10 @@ def read_tyre(name: str, entry: written.Tyre, points: Mapping[str, Point], value
     return Tyre(
         name=name,
         center=entry.center,
-        radius=positive(f"{key}.radius", entry.radius, "the radius of a tyre", values),
-        stiffness=positive(f"{key}.stiffness", entry.stiffness, "the stiffness of a tyre", values),
+        radius=values.formula(f"{key}.radius", entry.radius, PARAMETERS),
+        stiffness=values.formula(f"{key}.stiffness", entry.stiffness, PARAMETERS),
         damping=damping,
-        onset=positive(f"{key}.onset", entry.onset, "the onset of a tyre", values),
+        onset=values.formula(f"{key}.onset", entry.onset, PARAMETERS),
         road=road,
         road_rate=rate,
         moving_road=moving,
@@ -68,12 +67,9 @@ def _slip(key: str, slip: written.Slip, values: Values) -> Slip | None:
         values.report.add(f"{key}.stiffness", what, "[15, 12]")
         return None
     places = [f"{key}.stiffness[{place}]" for place in range(len(slip.stiffness))]
-    stiffness = [
-        positive(place, value, "a slip stiffness", values, or_zero=True)
-        for place, value in zip(places, slip.stiffness, strict=True)
-    ]
-    friction = positive(f"{key}.friction", slip.friction, "the friction of a tyre", values)
-    velocity = positive(f"{key}.velocity", slip.velocity, "the velocity of a slip", values)
+    stiffness = [values.formula(place, value, PARAMETERS) for place, value in zip(places, slip.stiffness, strict=True)]
+    friction = values.formula(f"{key}.friction", slip.friction, PARAMETERS)
+    velocity = values.formula(f"{key}.velocity", slip.velocity, PARAMETERS)
     if axis is None:
         return None
     return Slip((float(axis[0]), float(axis[1]), float(axis[2])), (stiffness[0], stiffness[-1]), friction, velocity)

@@ -1,6 +1,6 @@
 """Joints whose motion no inertia resists because of what lies beyond them, as of a free root link without mass.
 
-A joint that carries nothing is refused where it stands (``checks.check_motion``). Here it carries something, but joints beyond it
+A joint that carries nothing is refused where it stands (``motion.check_motion``). Here it carries something, but joints beyond it
 can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position. Elimination by
 articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by joint.
 """
@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint import SIZES, Joint
-from eomgen.scene.mimics import led_or_following
+from eomgen.scene.motion import led_or_following
 from eomgen.scene.names import listed
 from eomgen.scene.rotation import Array, about_axis, of_quaternion
 from eomgen.scene.values import Values
@@ -43,7 +43,7 @@ def unresisted_motions(
         The section of each body.
     """
     rng = np.random.default_rng(0)
-    held = led_or_following(joints, inertias, values)
+    held = led_or_following(joints, values)
     own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held

@@ -78,7 +78,7 @@ def doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
     """Return the line and the fault of each link that no body can be."""
     found = []
     for link in robot.links.values():
-        fault = impossible(link.inertia.mass, link.inertia.about_center)
+        fault = impossible(float(link.inertia.mass), link.inertia.about_center)
         if fault:
             found.append((link.line, f"link {link.name}: {fault}"))
     return found

@@ -9,16 +9,19 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.evaluate import evaluate, symbols
-from eomgen.scene.formula_nodes import Formula, Number, Vector
+from eomgen.scene.formula_nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula_scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula_text import FormulaError
 from eomgen.scene.namespace import known_there, read_included
 from eomgen.scene.report import Report
+from eomgen.scene.requirements import Requirement, Rule, bound_of
 from eomgen.scene.rotation import Array, unit_axis
 from eomgen.scene.scene import Rotation
 from eomgen.scene.schema_places import Rotation as WrittenRotation
 from eomgen.scene.schema_values import Refused
 
+#: What to try where a formula of parameters has no value.
+OTHER_VALUES = "other values of the parameters"
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 
 
@@ -35,19 +38,37 @@ class Values:
         Takes the problems.
     refused : collection of str
         Names of entries that were left out; a formula that mentions one of them has no problem of its own.
+    judged : collection of str
+        Keys whose values an importer has judged, so that nothing is asked of them.
+
+    Attributes
+    ----------
+    requirements : what was asked of values that tunable parameters decide, in order
+    mentioned : parameters (fixed ones, too) and inputs that formulas mention, as pairs of kind and name
     """
 
-    def __init__(self, names: Names, parameters: Mapping[str, float], report: Report, refused: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        names: Names,
+        parameters: Mapping[str, float],
+        report: Report,
+        refused: Collection[str] = (),
+        judged: Collection[str] = (),
+    ) -> None:
         self.names = names
         self.parameters = parameters
         self.report = report
         self.refused = refused
+        self.judged = judged
+        self.requirements: list[Requirement] = []
+        self.mentioned: set[tuple[str, str]] = set()
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
-        """Return a formula; ``UNKNOWN`` where it cannot be read."""
+        """Return a formula; ``UNKNOWN`` where it cannot be read. One of parameters meets the bound that its key has."""
         if isinstance(value, Refused):
             return UNKNOWN
         if not isinstance(value, str):
+            self._require_bound(key, Number(value), scope)
             return Number(value)
         try:
             formula = read_included(value, self.names, scope)
@@ -55,13 +76,42 @@ class Values:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
+        self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula) if symbol.kind in ("parameter", "input")}
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)
             except ArithmeticError as error:
-                self.report.add(key, f"at the default parameters, {error}", "other values of the parameters")
+                self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
                 return UNKNOWN
+        self._require_bound(key, formula, scope)
         return formula
+
+    def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
+        """Ask of a formula of parameters what its key asks of every value; of any other key that it has a value."""
+        if scope is not PARAMETERS:
+            return
+        bound = bound_of(key)
+        if bound is not None:
+            self.require(key, bound, [formula])
+        elif isinstance(formula, Operation) and self._tunable(formula):
+            self.requirements.append(Requirement(self.report.where(key), (formula,)))
+
+    def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> None:
+        """Report values at the default parameters that break a rule; keep the rule where tunable parameters decide."""
+        if key in self.judged:
+            return
+        try:
+            numbers = [self.value(formula) for formula in formulas]
+        except ArithmeticError as error:
+            self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
+            return
+        if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
+            self.report.add(key, *rule.fault(numbers))
+        if any(self._tunable(formula) for formula in formulas):
+            self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
+
+    def _tunable(self, formula: Formula) -> bool:
+        return any(symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula))
 
     def mentions_refused(self, text: str) -> bool:
         """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""

@@ -52,12 +52,12 @@ def test_parameters_at_which_a_beam_is_none_are_refused(parameters: Any) -> None
     """Fixed values of these properties must be above 0, and so must what tunable parameters make of them."""
     with pytest.raises(UsageError) as caught:
         model().parameter_array(parameters)
-    where, what, at = (
-        ("beams.beam.bending_z", "stiffness of bending_z", f"{parameters['EI']:g} at EI = {parameters['EI']:g}")
+    key, what, at = (
+        ("bending_z.stiffness", "stiffness of bending_z", f"{parameters['EI']:g} at EI = {parameters['EI']:g}")
         if isinstance(parameters, dict)
-        else ("beams.beam", "mass per length", "-1 at mass_per_length = -1")
+        else ("mass_per_length", "mass per length", "-1 at mass_per_length = -1")
     )
-    assert str(caught.value) == f"usage error: {where}: the {what} of beam beam is {at}; try: parameters at which it is above 0"
+    assert str(caught.value) == f"usage error: scene (beams.beam.{key}): the {what} is {at}; try: a number above 0"
 
 
 def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:

@@ -195,11 +195,11 @@ def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> 
     assert read("hinge", limits=limits, initial="{ position = -0.07 }").notes == ()
     low = read("hinge", limits=limits, initial="{ position = -4 }").notes
     assert len(low) == 1 and low[0].startswith("joint hinge starts at -4 rad, beyond its lower limit -3.07 rad: ")
-    rail = read("rail", limits="{ lower = 0.02, stiffness = 1e3 }").notes
+    rail = read("rail", limits='{ lower = 0.02, stiffness = "hard / 10" }').notes
     assert len(rail) == 1 and "0 m, beyond its lower limit 0.02 m: the stop pushes back with up to 20 N;" in rail[0]
 
 
 def test_a_scene_that_starts_at_equilibrium_may_lean_on_its_stops() -> None:
-    text = ARM.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = 0.1, stiffness = 1e3 }\n")
+    text = ARM.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = 0.1, stiffness = \"hard\" }\n")
     assert len(load_toml(text, file="arm.toml").notes) == 1
     assert load_toml(f'{text}[simulation]\nstart = "equilibrium"\n', file="arm.toml").notes == ()

@@ -121,7 +121,7 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "planar"\naxis = [0, 0, 1]\nrotor_inertia = [0, -1, 0]',
-            "(joints.first.rotor_inertia[1]): the rotor inertia is negative; try: 0 or more",
+            "(joints.first.rotor_inertia[1]): the rotor inertia -1 is negative; try: 0 or more",
         ),
         (
             'type = "revolute"\naxis = [0, 0, 1]\ndamping = [1, 2]',

@@ -350,7 +350,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ('orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
         ('rotation = [{ axis = [0, 0, 1], angle = "damping" }]', "the tunable parameter 'damping' cannot be used here"),
         ('rotation = [{ axis = [0, 0, 1] }]', "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing"),
-        ('rotor_inertia = "-length"', "the rotor inertia is negative"),
+        ('rotor_inertia = "-length"', "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more"),
         ('initial = { position = [1, 2] }', "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
         ('initial = { velocity = [] }', "the velocity of a revolute joint needs 1 number, not 0"),
         ('initial = { orientation = [1, 0, 0, 0] }', "a revolute joint has no initial orientation; try: position"),
