@@ -137,12 +137,7 @@ class Effort(Table):
     joint: str = key("what it drives", refers="joints")
     effort: Value = key(
         "positive drives the coordinate up",
-        unit={
-            "revolute": "N m",
-            "prismatic": "N",
-            "spherical": "N m",
-            "free": ("N m", "N m", "N m", "N", "N", "N"),
-        },
+        unit={**_EFFORT, "spherical": "N m", "free": ("N m", "N m", "N m", "N", "N", "N")},
         names=STATE,
     )
     index: Annotated[int, Field(ge=0, le=5)] = key(

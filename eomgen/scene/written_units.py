@@ -55,7 +55,8 @@ class _Converter:
             if inner is not None:
                 result[name] = self.inner(inner, place, data[name], kind)
             elif meaning.unit or meaning.names is not None:
-                result[name] = self.value(_unit(meaning, kind, data.get("index")), place, data[name])
+                component = data.get("index", 0) if "index" in fields else None
+                result[name] = self.value(_unit(meaning, kind, component), place, data[name])
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
         return result
