@@ -37,8 +37,8 @@ class InternalStates:
     ) -> Array:  # fmt: skip
         """Return zdot = f(q, v, z, t, u), (..., nz)."""
         if not self.states:
-            q, v = self._terms.configuration(q), self._terms.velocity("v", v)
-            return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], np.shape(t)), 0))
+            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+            return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], p.shape[:-1], np.shape(t)), 0))
         return self._terms.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
 
     def internal_partials(

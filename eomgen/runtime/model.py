@@ -195,8 +195,9 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     ) -> Array:
         """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
         if not self._terms.moving_base and base is None:
-            q, v = self._terms.configuration(q), self._terms.velocity("v", v)
-            return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], numbers("t", t).shape), self.nv))
+            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+            shapes = (q.shape[:-1], v.shape[:-1], p.shape[:-1], numbers("t", t).shape)
+            return np.zeros((*np.broadcast_shapes(*shapes), self.nv))
         return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
 
     def inverse_dynamics(
@@ -285,6 +286,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
     ) -> dict[str, Array]:  # fmt: skip
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
+            self._terms.parameters(parameters)
             return ByName("output", {})
         values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
         result, start = ByName[Array]("output", {}), 0

@@ -27,11 +27,12 @@ class Prescribed:
         Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in base
         axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
         """
+        p = self._terms.parameters(parameters)
         if "base" not in self._terms.functions:
-            rest = np.zeros((*numbers("t", t).shape, self._terms.functions.sizes["base"]))
+            rest = np.zeros((*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self._terms.functions.sizes["base"]))
             rest[..., 0] = 1.0
             return rest
-        return self._terms.functions("base", {"t": numbers("t", t), "p": self._terms.parameters(parameters)})[0]
+        return self._terms.functions("base", {"t": numbers("t", t), "p": p})[0]
 
     def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""

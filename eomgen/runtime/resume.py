@@ -110,9 +110,8 @@ def _same_parameters(model: Model, known: Array, given: Parameters) -> None:
     """Raise UsageError where parameters are given that are not those of the first part."""
     if given is None:
         return
-    asked = model.parameter_array(given)
-    if isinstance(given, Mapping):
-        asked = np.where([name in given for name in model.parameters], asked, known)
+    whole = {**dict(zip(model.parameters, known.tolist(), strict=True)), **given} if isinstance(given, Mapping) else given
+    asked = model.parameter_array(whole)
     problems = [
         Problem(f"parameter {name}", f"the run has {old:.9g}, not {new:.9g}", "a run of its own for other parameters")
         for name, old, new in zip(model.parameters, known, np.broadcast_to(asked, known.shape), strict=True)

@@ -1,0 +1,195 @@
+"""A scene in which every key whose value formulas of parameters can give is there, to try values key by key."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from eomgen.scene.formula_scope import PARAMETERS
+from eomgen.scene.schema import SECTIONS, Document
+from eomgen.scene.schema_key import Table, fields_of
+
+Path = tuple[str | int, ...]
+
+_AT = {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0], "position": [0.1, 0.2, 0.3]}
+_BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
+
+SCENE: dict[str, Any] = {
+    "format": 1,
+    "name": "every_value",
+    "gravity": [0.1, 0.2, -9.81],
+    "parameters": {"X": {"value": 1.0, "tunable": True}},
+    "bodies": {
+        "arm": {"mass": 2.0, "center_of_mass": [0.1, 0.2, -0.5], "inertia": [0.3, 0.4, 0.25, 0.01, 0.02, 0.03]},
+        "tip": {"mass": 0.0, "center_of_mass": [0.1, 0, 0], "inertia": [0.01, 0.02, 0.03]},
+        "slider": {"mass": 1.0},
+        "nut": {"mass": 0.5, "inertia": [0.1, 0.1, 0.1]},
+        "disc": {"mass": 3.0, "center_of_mass": [0, 0, 0.01], "inertia": [0.1, 0.1, 0.2]},
+        "cross": {"mass": 1.0, "center_of_mass": [0.1, 0.2, 0.3], "inertia": [0.1, 0.1, 0.1]},
+        "ball": {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]},
+        "puck": {"mass": 1.0, "center_of_mass": [0.1, 0, 0], "inertia": [0.1, 0.1, 0.1]},
+        "tube": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]},
+        "crank": {"mass": 0.0, "inertia": [0.0, 0.0, 0.0]},
+        "follower": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]},
+    },
+    "beams": {
+        "blade": {
+            "length": 2.0,
+            "section": {
+                "elastic_modulus": 2e11, "density": 7800.0, "area": 1e-3, "second_moments": [1e-8, 2e-8], "shear_modulus": 8e10,
+                "torsion_constant": 3e-8,
+            },
+            "bending_y": _BEAM, "bending_z": _BEAM, "stretch": _BEAM, "torsion": _BEAM,
+        },
+        "rod": {
+            "length": 1.0, "mass_per_length": 1.5, "polar_inertia": 0.01,
+            "bending_y": {**_BEAM, "stiffness": 80.0}, "bending_z": {**_BEAM, "stiffness": 90.0},
+            "stretch": {**_BEAM, "stiffness": 1e6}, "torsion": {**_BEAM, "stiffness": 70.0},
+        },
+    },
+    "joints": {
+        "hinge": {
+            "type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0], "position": [0.1, 0.2, 0.3],
+            "stiffness": 5.0, "damping": 0.1, "rest": 0.2, "rotor_inertia": 0.01,
+            "limits": {"lower": -0.2, "upper": 0.5, "stiffness": 100.0, "damping": 1.0, "onset": 1e-3},
+            "friction": {"coulomb": 0.3, "velocity": 0.01, "static": 0.4, "stribeck": 0.1},
+        },
+        "weld": {"type": "fixed", "parent": "arm", "child": "tip", "position": [0.5, 0.0, 0.1]},
+        "rail": {
+            "type": "prismatic", "parent": "base", "child": "slider", "axis": [1, 0, 0], "rotor_inertia": 0.0,
+            "limits": {"lower": -1.0, "upper": 1.0, "stiffness": 1e3},
+        },
+        "screw": {"type": "helical", "parent": "base", "child": "nut", "axis": [0, 0, 1], "pitch": 0.01},
+        "free": {"type": "free", "parent": "base", "child": "disc", "initial": {"position": [0, 0, 0.3]}},
+        "cardan": {
+            "type": "universal", "parent": "base", "child": "cross", "axis": [1, 0, 0], "second_axis": [0, 1, 0],
+            "rotor_inertia": [0.0, 0.1], "stiffness": [1.0, 2.0],
+        },
+        "socket": {"type": "spherical", "parent": "base", "child": "ball"},
+        "table": {"type": "planar", "parent": "base", "child": "puck", "axis": [0, 0, 1], "rotor_inertia": [0.1, 0.2, 0.3]},
+        "sleeve": {
+            "type": "cylindrical", "parent": "base", "child": "tube", "axis": [0, 0, 1], "rotor_inertia": [0.0, 0.0],
+            "limits": {"lower": [-1, -2], "upper": [1, 2], "stiffness": [10, 20], "damping": [1, 2], "onset": [0.01, 0.02]},
+        },
+        "lead": {"type": "revolute", "parent": "base", "child": "crank", "axis": [0, 0, 1], "rotor_inertia": 0.0},
+        "follow": {
+            "type": "prismatic", "parent": "base", "child": "follower", "axis": [1, 0, 0], "rotor_inertia": 0.0,
+            "mimic": {"joint": "lead", "multiplier": 0.5, "offset": 0.1},
+        },
+        "root": {"type": "fixed", "parent": "base", "child": "blade"},
+        "clamp": {"type": "fixed", "parent": "base", "child": "rod"},
+    },
+    "points": {
+        "ground": {"body": "base", "position": [0.0, 0.3, 0.0]},
+        "end": {"body": "arm", "position": [0.1, 0.2, -1.0]},
+        "hub": {"body": "disc", "position": [0.0, 0.0, 0.1]},
+    },
+    "constraints": {
+        "rope": {
+            "type": "distance", "length": 0.5, "first": {"body": "base", "position": [1, 2, 3]},
+            "second": {"body": "ball", "position": [1, 0, 0]},
+        },
+        "wheel": {
+            "type": "rolling", "first": _AT, "second": {"body": "disc", "axis": [0, 0, 1], "position": [0, 0, 0.1]},
+            "radius": 0.3,
+        },
+        "thread": {"type": "helical", "first": _AT, "second": {**_AT, "body": "cross"}, "pitch": 0.02},
+    },
+    "springs": {
+        "coil": {"first": "ground", "second": "end", "stiffness": 5.0, "damping": 0.1, "length": 0.4},
+    },
+    "torsion_springs": {"twist": {"first": "hinge", "second": "screw", "stiffness": 5.0, "damping": 0.1, "rest": 0.4}},
+    "bushings": {
+        "mount": {
+            "first": _AT, "second": {**_AT, "body": "puck"}, "stiffness": [1.0, 2.0, 3.0], "damping": [0.1, 0.2, 0.3],
+            "rotational_stiffness": [4.0, 5.0, 6.0], "rotational_damping": [0.4, 0.5, 0.6], "rest": [0.1, 0.2, 0.3],
+            "preload": [1.0, 2.0, 3.0], "rotational_preload": [4.0, 5.0, 6.0],
+        }
+    },
+    "tyres": {
+        "tyre": {
+            "center": "hub", "radius": 0.3, "stiffness": 1e4, "damping": 30.0, "onset": 1e-3,
+            "slip": {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.1},
+        }
+    },
+    "forces": {"wind": {"body": "arm", "point": [0.1, 0.2, 0.3], "force": [1, 0, 0]}},
+    "controllers": {
+        "limited": {
+            "type": "pi", "signal": "-q.hinge", "proportional": 1.0, "integral": 2.0, "minimum": -1.0, "maximum": 1.0,
+            "tracking": 0.3,
+        },
+        "ratio": {"type": "pi", "signal": "-q.hinge", "proportional": 1.0, "integral": 2.0, "maximum": 1.0},
+        "full": {
+            "type": "pid", "signal": "-q.hinge", "proportional": 1.0, "integral": 2.0, "derivative": 0.1, "time_constant": 0.01
+        },
+        "slow": {"type": "low_pass", "signal": "-q.hinge", "gain": 2.0, "time_constant": 0.1},
+        "ahead": {"type": "lead_lag", "signal": "-q.hinge", "gain": 2.0, "time_constant": 0.1, "lead": 0.2},
+        "sky": {
+            "type": "skyhook", "spring": "coil", "damping": 100.0, "groundhook": 10.0, "clipped": True, "minimum_damping": 5.0,
+            "maximum_damping": 200.0, "width": 0.01,
+        },
+    },
+}  # fmt: skip
+
+
+def parameter_keys(model: type[Table] = Document, before: str = "") -> Iterator[str]:
+    """Yield every key of the schema whose value formulas of parameters give, without names of entries."""
+    for name, (meaning, inner) in fields_of(model).items():
+        key = f"{before}.{name}" if before else name
+        if key == "include":  # an include is made of entries of other sections before values are read
+            continue
+        if inner is not None:
+            yield from parameter_keys(inner.model, key)
+        elif meaning.names is PARAMETERS:
+            yield key
+
+
+@cache
+def places() -> tuple[Path, ...]:
+    """Return the places of all numbers in the scene that formulas of parameters could give in their stead."""
+    keys = frozenset(parameter_keys())
+    return tuple(place for place in _numbers(SCENE, ()) if key_at(place) in keys)
+
+
+def _numbers(value: Any, place: Path) -> Iterator[Path]:
+    if isinstance(value, dict):
+        for name, entry in value.items():
+            yield from _numbers(entry, (*place, name))
+    elif isinstance(value, list):
+        for number, entry in enumerate(value):
+            yield from _numbers(entry, (*place, number))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield place
+
+
+def key_at(place: Path) -> str:
+    """Return the key of the schema for a place."""
+    words = [part for part in place if isinstance(part, str)]
+    return ".".join(words[:1] + words[2:] if words[0] in SECTIONS else words)
+
+
+def number_at(place: Path) -> float:
+    """Return the number that the scene has at a place."""
+    value: Any = SCENE
+    for part in place:
+        value = value[part]
+    return float(value)
+
+
+def scene_with(place: Path, formula: str | float, X: float = 1.0) -> dict[str, Any]:
+    """Return the scene with a formula of the tunable parameter X at a place, and the default of X."""
+    scene = copy.deepcopy(SCENE)
+    scene["parameters"]["X"]["value"] = X
+    inner: Any = scene
+    for part in place[:-1]:
+        inner = inner[part]
+    inner[place[-1]] = formula
+    return scene
+
+
+def without_value(text: str) -> str:
+    """Return a message of a build, or of a call, without where the value came from."""
+    return re.sub(r" at X = [^;,]*(?=$|;)|at the default parameters, ", "", text)

@@ -1,0 +1,193 @@
+"""What values must be: one table for the scene as it is read and for parameters that a call gives, with a row for every key."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.runtime.requirements import Requirements
+from eomgen.scene import motion
+from eomgen.scene.assemble import from_data
+from eomgen.scene.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
+from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
+
+#: Formulas that have the value N where X is 1, and all that a value can be wrong by elsewhere.
+FORMULAS = ("N * X", "N + X - 1", "N / X", "N * sqrt(X)", "-N + 2 * N * X")
+VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
+
+
+def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
+    keys = set(parameter_keys())
+    assert keys == set(BOUNDS) | UNBOUNDED and not set(BOUNDS) & UNBOUNDED
+    related = {key for row in RELATIONS.values() for key in row.keys if key != "joints.limits"}
+    assert related | set(motion.KEYS) <= keys
+
+
+def test_the_scene_of_this_test_has_every_key() -> None:
+    assert {key_at(place) for place in places()} == set(parameter_keys())
+    assert from_data(scene_with(("joints", "hinge", "damping"), 0.1)).requirements == ()
+
+
+@pytest.mark.parametrize("key", BOUNDS)
+def test_values_out_of_bounds_are_refused_and_those_within_are_not(key: str) -> None:
+    """By themselves: just beyond the bound, far beyond it, and within it."""
+    row = BOUNDS[key]
+    assert bound_of(key.replace(".", ".entry.", 1)) is row and bound_of(key.replace(".", ".entry.", 1) + "[2]") is row
+    good = next(number_at(place) for place in places() if key_at(place) == key)
+    assert not row.broken([good]) or good == 0.0
+    zero, negative = bool(row.broken([0.0])), bool(row.broken([-1e-9]))
+    assert (zero, negative) in {(True, True), (False, True), (True, False)} and negative == bool(row.broken([-1e9]))
+    flags = row.broken([np.array([1e-9, 0.0, -1e-9])])
+    np.testing.assert_array_equal(flags, [False, zero, negative])
+    assert "{" not in row.fault([-0.5])[0] and row.fault([-0.5])[1]
+
+
+def refusal_at_build(place: Path, formula: str, X: float) -> set[str]:
+    try:
+        from_data(scene_with(place, formula, X))
+    except DescriptionError as error:
+        return {without_value(str(problem)) for problem in error.problems}
+    return set()
+
+
+def refusal_at_run(checked: Requirements, parameters: np.ndarray) -> set[str]:
+    try:
+        checked.check(parameters)
+    except UsageError as error:
+        assert all(" at X = " in problem.what for problem in error.problems)
+        return {without_value(str(problem)) for problem in error.problems}
+    return set()
+
+
+def formula_at(place: Path, kind: str) -> str:
+    number = number_at(place)
+    return kind.replace("N", f"({number!r})") if number or kind == "N + X - 1" else "X - 1"
+
+
+def compare(place: Path, kind: str, X: float) -> bool:
+    """Hold a value given to a call against the same value in the scene; return whether it was refused."""
+    formula = formula_at(place, kind)
+    scene = from_data(scene_with(place, formula))
+    checked = Requirements(scene, ("X",))
+    at_build, at_run = refusal_at_build(place, formula, X), refusal_at_run(checked, np.array([X]))
+    assert bool(at_run) == bool(at_build) and at_run <= at_build, (place, formula, X, at_build, at_run)
+    assert refusal_at_run(checked, np.array([[1.0], [X], [1.0]])) == at_run
+    return bool(at_run)
+
+
+@pytest.mark.parametrize("key", dict.fromkeys(key_at(place) for place in places()))
+def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: np.random.Generator) -> None:
+    """At one place of each key, by a random formula: whatever refuses a value in the scene, by itself or with others."""
+    there = [place for place in places() if key_at(place) == key]
+    place = there[rng.integers(len(there))]
+    kind = FORMULAS[rng.integers(len(FORMULAS))]
+    for X in rng.choice(VALUES, 2, replace=False):
+        compare(place, kind, float(X))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", FORMULAS)
+def test_every_place_every_formula(kind: str) -> None:
+    refused = {key_at(place) for place in places() for X in VALUES if compare(place, kind, X)}
+    always = {key for key, row in BOUNDS.items() if kind != "N / X" or not row.broken([0.0])}
+    assert refused >= {key for key in always if any(number_at(place) for place in places() if key_at(place) == key)}
+
+
+@pytest.mark.parametrize(
+    ("place", "formula", "X", "message"),
+    [
+        (
+            ("bodies", "slider", "mass"), "X", -1.0,
+            "(bodies.slider.mass): the mass -1 is negative at X = -1; try: a positive number of kg",
+        ),
+        (
+            ("bodies", "arm", "inertia", 2), "X / 4", 4.0,
+            "(bodies.arm.inertia): the principal moments 0.296746, 0.401796, 1.00146 violate the triangle inequality: the "
+            "largest exceeds the sum of the other two at X = 4; try: the values of arm about its centre of mass, in its own",
+        ),
+        (
+            ("joints", "sleeve", "limits", "lower", 1), "-2 * X", -1.5,
+            "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower below upper",
+        ),
+        (
+            ("joints", "hinge", "friction", "static"), "0.4 * X", 0.5,
+            "(joints.hinge.friction.static): the static friction 0.2 is below the Coulomb friction 0.3 at X = 0.5; try: static",
+        ),
+        (
+            ("controllers", "limited", "minimum"), "-X", -2.0,
+            "(controllers.limited.minimum): the limits leave nothing: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
+        ),
+        (
+            ("controllers", "ratio", "integral"), "X", 0.0,
+            "(controllers.ratio): limits need a tracking time where proportional/integral = 1/0 is none at X = 0; try: tracking",
+        ),
+        (
+            ("bodies", "slider", "mass"), "X", 0.0,
+            "(joints.rail): the joint rail cannot be moved by a force: it carries neither mass nor inertia, so the inertia "
+            "matrix would be singular at X = 0; try: mass or inertia for the body slider, rotor_inertia, or a fixed joint",
+        ),
+        (
+            ("beams", "rod", "polar_inertia"), "0.01 * X", 0.0,
+            "(beams.rod.torsion): torsion needs the inertia of the sections about the axis, without which it has no inertia at X",
+        ),
+        (
+            ("points", "end", "position", 0), "sqrt(X)", -1.0,
+            "(points.end.position[0]): sqrt(-1) has no finite value at X = -1; try: other values of the parameters",
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) -> None:
+    checked = Requirements(from_data(scene_with(place, formula)), ("X",))
+    with pytest.raises(UsageError) as caught:
+        checked.check(np.array([X]))
+    assert len(caught.value.problems) == 1
+    assert str(caught.value).startswith(f"usage error: scene {message}")
+
+
+def test_limits_in_absolute_coordinates() -> None:
+    scene = {
+        "format": 1, "name": "absolute", "coordinates": "absolute", "parameters": {"X": {"value": 1.0, "tunable": True}},
+        "bodies": {"b": {"mass": "X", "inertia": [1, 1, 1]}},
+        "joints": {
+            "h": {
+                "type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1],
+                "limits": {"upper": "X", "stiffness": 1.0},
+            }
+        },
+    }  # fmt: skip
+    checked = Requirements(from_data(scene), ("X",))
+    with pytest.raises(UsageError) as caught:
+        checked.check(np.array([0.0]))
+    assert "(bodies.b): in absolute coordinates the body b moves on its own, and it" in str(caught.value)
+
+
+def test_followers_without_mass_leave_nothing_to_move() -> None:
+    """Of a group that moves together one inertia is enough, and a multiplier of zero leaves the group."""
+    scene = scene_with(("bodies", "follower", "mass"), "X")
+    scene["bodies"]["follower"]["inertia"] = [0.0, 0.0, 0.0]
+    scene["joints"]["follow"]["mimic"]["multiplier"] = "Y"
+    scene["parameters"]["Y"] = {"value": 0.5, "tunable": True}
+    checked = Requirements(from_data(scene), ("X", "Y"))
+    checked.check(np.array([[1.0, 0.5], [1e-3, -2.0]]))
+    with pytest.raises(UsageError, match=r"neither it nor what follows it carries mass or inertia.* at X = 0, Y = 0\.5"):
+        checked.check(np.array([[1.0, 0.5], [0.0, 0.5]]))
+    with pytest.raises(UsageError, match=r"the joint lead cannot be moved by a force: it carries neither mass nor inertia"):
+        checked.check(np.array([1.0, 0.0]))
+
+
+def test_no_check_where_a_scene_requires_nothing() -> None:
+    """A tunable spring may have any stiffness: nothing is kept, and nothing evaluated."""
+    assert from_data(scene_with(("springs", "coil", "stiffness"), "X")).requirements == ()
+    assert len(from_data(scene_with(("springs", "coil", "stiffness"), "X / 2")).requirements) == 1
+    mass, moved = from_data(scene_with(("bodies", "slider", "mass"), "X")).requirements
+    assert mass.rule is BOUNDS["bodies.mass"] and isinstance(moved.rule, motion.Movable)
+
+
+def test_the_first_set_of_a_batch_that_is_wrong_is_named() -> None:
+    checked = Requirements(from_data(scene_with(("bodies", "slider", "mass"), "X")), ("X",))
+    batch = np.random.default_rng(1).uniform(0.1, 2.0, (20_000, 1))
+    checked.check(batch)
+    batch[12_345], batch[17_000] = -3.0, -4.0
+    with pytest.raises(UsageError, match=r"the mass -3 is negative at X = -3"):
+        checked.check(batch.reshape(4, 5000, 1))
