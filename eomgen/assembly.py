@@ -57,10 +57,9 @@ def constrained(system: System) -> Constrained:
 
     def at(function: str, t: float, **state: Array) -> Array:
         inputs: dict[str, Any] = {**defaults, **state, "t": np.array([t])}
-        with np.errstate(all="ignore"):  # what is not finite is reported by name where it is used
-            if "base" in system.functions[function].inputs:
-                inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
-            return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
+        if "base" in system.functions[function].inputs:
+            inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
+        return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
     return Constrained(

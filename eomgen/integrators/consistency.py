@@ -24,8 +24,6 @@ TOLERANCE = 1e-12
 CONTRADICTION = 1e-8
 #: Singular values below this part of the largest belong to redundant rows.
 RANK = 1e-9
-#: So many rows are listed in a message.
-_LISTED = 5
 
 
 @dataclass(frozen=True)
@@ -109,39 +107,11 @@ def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
 
 def _correction(system: Constrained, q: Array, t: float, violation: Array, rows: int | None = None) -> Array:
     """Return M^-1 B^T (B M^-1 B^T)^+ violation."""
-    B = _jacobian(system, q, t)[:rows]
+    B = system.jacobian(q, t)[:rows]
     if not len(B):
         return np.zeros(B.shape[1])
-    try:
-        by_mass = np.linalg.solve(_mass(system, q), B.T)
-    except np.linalg.LinAlgError:
-        raise _no_inertia("singular") from None
+    by_mass = np.linalg.solve(system.mass(q), B.T)
     return by_mass @ np.linalg.lstsq(B @ by_mass, violation, rcond=RANK)[0]
-
-
-def _jacobian(system: Constrained, q: Array, t: float) -> Array:
-    """Return B. Raises ModelError with the names of rows that are not finite."""
-    B = system.jacobian(q, t)
-    undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
-    if undefined:
-        listed = ", ".join(undefined[:_LISTED]) + (f" and {len(undefined) - _LISTED} more" if len(undefined) > _LISTED else "")
-        what = f"these rows of the constraints have no finite derivative in this state: {listed}"
-        hint = "a state in which the points of a distance lie apart, and lengths above 0"
-        raise ModelError(Problem("constraints", what, hint))
-    return B
-
-
-def _mass(system: Constrained, q: Array) -> Array:
-    """Return M. Raises ModelError where it is not finite."""
-    M = system.mass(q)
-    if not np.all(np.isfinite(M)):
-        raise _no_inertia("not finite")
-    return M
-
-
-def _no_inertia(fault: str) -> ModelError:
-    what = f"the inertia matrix is {fault} in this state, and motions of least kinetic energy are what meets the constraints"
-    return ModelError(Problem("constraints", what, "another state, or masses and inertias that bodies can have"))
 
 
 def _named(names: Sequence[str], values: Array) -> dict[str, float]:
@@ -191,11 +161,8 @@ def redundant_rows(system: Constrained, q: Array, t: float = 0.0, samples: int =
 
 def _scaled(system: Constrained, q: Array, t: float) -> Array:
     """Return B L^-T with M = L L^T and rows of length one: rows compared in the metric of the kinetic energy."""
-    try:
-        L = np.linalg.cholesky(_mass(system, q))
-    except np.linalg.LinAlgError:
-        raise _no_inertia("not positive definite") from None
-    rows: Array = np.linalg.solve(L, _jacobian(system, q, t).T).T
+    L = np.linalg.cholesky(system.mass(q))
+    rows: Array = np.linalg.solve(L, system.jacobian(q, t).T).T
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     return rows / np.where(lengths > 0.0, lengths, 1.0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -209,7 +210,8 @@ def test_motion_without_inertia_is_named() -> None:
     builder.body("m", 1.0).body("arm", "load", center_of_mass=[0.1, 0, 0])
     builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0])
     builder.joint("hinge", "revolute", "m", "arm", axis=[0, 0, 1], stiffness=1.0)
-    model = eomgen.build(builder.build(), profile="quick")
+    scene = replace(builder.build(), requirements=())  # which would refuse what a URDF may have, and others by their positions
+    model = eomgen.build(scene, profile="quick")
     lin = model.linearize([0.0, 0.0], a=[0.0, 0.0], parameters={"load": 0.0})
     with pytest.raises(ModelError, match=r"the inertia matrix is singular along v\.hinge, so there is no linear model"):
         lin.modes()

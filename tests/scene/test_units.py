@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.formula_nodes import Number
+from eomgen.scene.joint import ANGLES, SIZES
 from eomgen.scene.reader import load_toml
 from eomgen.scene.report import Report
 from eomgen.scene.schema import Document
@@ -308,6 +309,24 @@ def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
     effort = "[efforts.push]\njoint = 'hinge'\nindex = {}\neffort = '1 {}'"
     assert read(effort.format(5, "kN"), free).efforts[0].effort == Number(1000.0)
     assert "a torque in N m is expected" in problems(effort.format(2, "kN"), free)[0]
+
+
+@pytest.mark.parametrize("kind", [kind for kind, (_, size) in SIZES.items() if size])
+def test_an_effort_has_the_unit_of_its_component(kind: str) -> None:
+    """Moments come first, forces behind; an effort that does not say its component acts on the first."""
+    size = SIZES[kind][1]
+    turning = {"spherical": 3, "free": 3}.get(kind, ANGLES.get(kind, 0))
+    keys = "" if kind in ("spherical", "free") else "axis = [0, 1, 0]\n"
+    keys += {"universal": "second_axis = [1, 0, 0]\n", "helical": "pitch = 0.1\n"}.get(kind, "")
+    text = replaced('"revolute"', f'"{kind}"').replace("axis = [0, 1, 0]\n", keys)
+    effort = "[efforts.push]\njoint = 'hinge'\neffort = '3 {}'\n{}"
+    for index in (None, *range(size)):
+        unit, other = ("N m", "N") if (index or 0) < turning else ("N", "N m")
+        where = "" if index is None else f"index = {index}\n"
+        scene = read(effort.format(f"k{unit}", where), text)
+        assert (scene.efforts[0].effort, scene.efforts[0].index) == (Number(3000.0), index or 0)
+        [found] = problems(effort.format(other, where), text)
+        assert f"in {unit} is expected; try: \"3 {unit}\"" in found
 
 
 # -- every key of the schema -------------------------------------------------------------------------------------------

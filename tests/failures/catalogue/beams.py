@@ -343,8 +343,8 @@ FAILURES = [
     Failure(
         "A beam whose stiffness a parameter makes negative", 2,
         (
-            "usage error: beams.blade.bending_y: the stiffness of bending_y of beam blade is -1000 at load = -1; try: "
-            "parameters at which it is above 0"
+            "usage error: scene.toml:36 (beams.blade.bending_y.stiffness): the stiffness of bending_y is -1000 at load = -1; "
+            "try: a number above 0"
         ),
         command="linearize scene.toml --set load=-1",
         more=_changed(("stiffness = 1.4e4", 'stiffness = "1000 * load"')),

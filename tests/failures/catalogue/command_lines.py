@@ -78,6 +78,11 @@ FAILURES = [
         command="simulate scene.toml --out out --set length=2",
     ),
     Failure(
+        "A value that the scene would refuse as its own", 2,
+        "usage error: scene.toml:12 (bodies.upper.mass): the mass -0.5 is negative at load = -1.5; try: a positive number of kg",
+        command="simulate scene.toml --out out --set load=-1.5",
+    ),
+    Failure(
         "A parameter without a value", 2,
         "usage error: --set load: a name and a number are needed; try: --set length=0.5",
         command="simulate scene.toml --out out --set load",
