@@ -20,7 +20,7 @@ VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
 def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     keys = set(parameter_keys())
     assert keys == set(BOUNDS) | UNBOUNDED and not set(BOUNDS) & UNBOUNDED
-    related = {key for row in RELATIONS.values() for key in row.keys if key != "joints.limits"}
+    related = {key for row in RELATIONS.values() for key in row.keys}
     assert related | set(motion.KEYS) <= keys
 
 
