@@ -9,46 +9,70 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.consistency import Constrained, assemble, redundant_rows
+from eomgen.integrators.consistency import Constrained, Redundancy, assemble, redundancy, split_sizes
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import InputSymbol
 
 if TYPE_CHECKING:
     from eomgen.system import System
 
 Array = NDArray[np.float64]
 
+#: What is needed to find a consistent state, and the rows that say nothing new.
+NEEDED = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
 
-def ready(derive: Callable[[Sequence[int]], System]) -> System:
+
+def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None) -> System:
     """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
 
     Parameters
     ----------
     derive : callable
-        Derives the System without the given rows.
+        Derives the System with the given terms and without the given rows.
+    terms : sequence of str, optional
+        The functions wanted.
 
     Raises
     ------
     ModelError
         The constraints contradict each other.
     """
-    system = derive(())
-    needed = {"mass", "constraint_jacobian", "constraint_velocity"}
-    if not system.multipliers or not needed <= set(system.functions):
-        return system
-    start = np.array(system.initial_q)
-    found = assemble(constrained(system), start, np.array(system.initial_v))
-    dependent = redundant_rows(constrained(system), found.q)
-    notes = [f"{name} follows from the constraints before it and is left out" for name in _names(system, dependent)]
-    if dependent:
-        system = derive(dependent)
-    notes += found.corrections()
+    system = derive(NEEDED, ())
+    if not system.multipliers:
+        return derive(terms, ())
+    equations = constrained(system)
+    found = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
+    rows = redundancy(equations, found.q)
+    notes = [f"{system.multipliers[row]} follows from the constraints before it and is left out" for row in rows.dependent]
+    prescribed, locked = _without_freedom(system, equations, found.q, rows)
+    notes += [*prescribed, *locked, *found.corrections()]
+    system = derive(terms, rows.dependent)
     return replace(
-        system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes)
-    )
+        system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),
+        warnings=(*system.warnings, *locked),
+    )  # fmt: skip
 
 
-def _names(system: System, rows: Sequence[int]) -> list[str]:
-    return [system.multipliers[row] for row in rows]
+def _without_freedom(system: System, equations: Constrained, q: Array, found: Redundancy) -> tuple[list[str], list[str]]:
+    """Return what there is to say where rows leave no velocity free: that drivers prescribe the motion, or that there is none."""
+    kept = [row for row in range(len(system.multipliers)) if row not in found.dependent]
+    if len(kept) < system.nv:
+        return [], []
+    undriven = [row for row in range(len(system.multipliers)) if not _driven(system, row)]
+    if len(undriven) - len(redundancy(equations, q, rows=undriven).dependent) < system.nv:
+        drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
+        return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
+    almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in found.hardly.items())
+    what = f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each other"
+    hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
+    return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
+
+
+def _driven(system: System, row: int) -> bool:
+    """Return whether a row says what moves as time goes by, whatever the base does."""
+    level = row < system.holonomic
+    ref = system.functions["constraint" if level else "constraint_velocity"].refs[row]
+    return InputSymbol("t", 0) in system.tape.depends_on([ref])
 
 
 def constrained(system: System) -> Constrained:
@@ -65,9 +89,12 @@ def constrained(system: System) -> Constrained:
     return Constrained(
         factors=system.factors,
         names=system.multipliers,
+        units=system.row_units,
+        angular=np.array(system.angular, dtype=bool),
         holonomic=system.holonomic,
         constraint=lambda q, t: at("constraint", t, q=q) if system.holonomic else np.zeros(0),
         velocity=lambda q, v, t: at("constraint_velocity", t, q=q, v=v),
         jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
         mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
+        sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q), system.holonomic),
     )

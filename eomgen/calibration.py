@@ -129,14 +129,11 @@ def _input_of(output: str) -> str:
 
 
 def _terms(scene: Scene) -> list[str]:
-    """Return what equilibrium and linear model need."""
-    constrained = scene.coordinates == "absolute" or bool(scene.constraints)
+    """Return what equilibrium and linear model need, with constraints or without."""
     terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs"]
     terms += ["internal_rate", "internal_partials"] if scene.states else []
-    if not constrained:
-        return [*terms, "forward_dynamics"]
-    rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian"]
-    return [*terms, *rows, "velocity_partials", "acceleration_partials"]
+    rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
+    return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials"]
 
 
 def _one(

@@ -8,6 +8,7 @@ import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -94,7 +95,9 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 
     described = as_scene(scene)
     check_laws(described)
-    return ready(lambda without_rows: mechanics.derive(described, terms, without_rows))
+    if not described.constraints and described.coordinates != "absolute":
+        return mechanics.derive(described, terms)
+    return ready(partial(mechanics.derive, described), terms)
 
 
 @checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
@@ -170,7 +173,7 @@ def build(
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
     library = _library(scene, terms, _method_name(scene, method), profile, real)
-    constrained = scene.coordinates == "absolute" or bool(scene.constraints)
+    constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
     there = [function["name"] for function in library.layout["functions"]]
     long = not constrained and not scene.states and "iteration" in there

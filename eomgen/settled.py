@@ -57,9 +57,8 @@ def settled(program: Program, scene: Scene, build: Callable[[list[str]], Model])
 
 
 def _terms_at_rest(scene: Scene) -> list[str]:
-    """Return what static equilibrium and a consistent start need."""
-    constrained = scene.coordinates == "absolute" or bool(scene.constraints)
-    kinematic = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian"] if constrained else []
+    """Return what static equilibrium and a consistent start need, with constraints or without."""
+    kinematic = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
     internal = ["internal_rate", "internal_partials"] if scene.states else []
     return ["mass", "residual", "partials", *kinematic, *internal]
 

@@ -159,6 +159,10 @@ class System:
         For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
     multipliers : tuple of str
         Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
+    row_units : tuple of str
+        Unit of each constraint row: ``m``, ``1`` or, at velocity level, ``m/s``.
+    angular : (nv,) tuple
+        For each velocity component whether it turns something, rad/s; else it is a travel or a deflection.
     states : tuple of Quantity
         Internal states, with their initial values.
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
@@ -175,6 +179,8 @@ class System:
         Numbers that have a name in the C.
     beams : tuple of str
         What the equations of each beam keep.
+    warnings : tuple of str
+        What every run says again.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     order : int
@@ -195,6 +201,8 @@ class System:
     facts: Facts
     states: tuple[Quantity, ...] = ()
     multipliers: tuple[str, ...] = ()
+    row_units: tuple[str, ...] = ()
+    angular: tuple[bool, ...] = ()
     holonomic: int = 0
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
@@ -207,6 +215,7 @@ class System:
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     description: str = ""
     defaults: Mapping[str, Any] = field(default_factory=dict)
     order: int = 0

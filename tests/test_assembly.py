@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def four_bar(coordinates: str = "joint", rocker: float = ROCKER, tilt: float = 0
 
 
 def made_ready(scene: Scene) -> System:
-    return ready(lambda without_rows: derive(scene, None, without_rows))
+    return ready(partial(derive, scene))
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])

@@ -88,6 +88,8 @@ def to_program(
         outputs=_named(system.outputs, "y_"),
         bodies=system.bodies,
         multipliers=system.multipliers,
+        row_units=system.row_units,
+        warnings=system.warnings,
         base_fields=BASE_LAYOUT,
         functions=made,
         loops=tuple(program_loop(tape, number) for number in loop_numbers),

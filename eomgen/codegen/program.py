@@ -161,6 +161,10 @@ class Program:
         Numbers in the functions that have a name.
     method : mapping
         Filled by the integrators; empty when the model is functions only.
+    warnings : tuple of str
+        What every run says again.
+    row_units : tuple of str
+        Of the constraint rows: m, 1 or m/s.
     start : str
         What there is to say about the initial state, where it is not simply that of the joints.
     """
@@ -198,6 +202,8 @@ class Program:
     validity: tuple[Mapping[str, Any], ...] = ()
     start: str = ""
     angles: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    row_units: tuple[str, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

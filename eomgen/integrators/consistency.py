@@ -2,12 +2,17 @@
 
 Positions by Gauss-Newton steps of least kinetic size, q <- q exp(-M^-1 B^T (B M^-1 B^T)^+ Phi); velocities by the same
 projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as they do not contradict each other.
+
+Nothing here is measured by an absolute number: a row is held against what its own summands add up to, which rounding is a few
+digits below, and against what it can be, the extent of what it closes. So units of length and of time, and the place of a
+machine, make no difference.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +23,24 @@ from eomgen.lie.product import FactorLike, update
 Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 50
-#: A row counts as met below this, relative to the largest violation met on the way (at least 1).
-TOLERANCE = 1e-12
-#: Stagnation above this is a contradiction, not round-off.
-CONTRADICTION = 1e-8
-#: Singular values below this part of the largest belong to redundant rows.
-RANK = 1e-9
+EPSILON = float(np.finfo(float).eps)
+#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to: what they are, and
+#: where they are sought no more because they can be no more.
+ROUNDING, WORST_ROUNDING = 32.0, 1e4
+#: Violations above this part of the extent are a contradiction; what a guess was off by is told above the second.
+CONTRADICTION, TOLD = 1e-8, 1e-10
+#: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
+#: to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go first.
+REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-8, 1e-4, 1e-3
+#: What is left of a row that vanishes but for rounding, in units of the last place of its summands.
+VANISHING = 4096.0
+#: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others: corrections
+#: leave such directions alone, which can be moved along but change nothing to first order.
+SINGULAR = 3e-5
+#: How far nearby configurations are: rad, and part of the extent.
+NEARBY = 0.05
+#: Pivots of M, scaled to a unit diagonal, that make up for coordinates that nothing resists here.
+_RESISTANCE = 1e-14
 
 
 @dataclass(frozen=True)
@@ -34,16 +51,28 @@ class Constrained:
     ----------
     factors : of the configuration
     names : of the rows, the ``holonomic`` first ones at position level
+    units : of the rows, ``m``, ``1`` or ``m/s``
+    angular : (nv,) whether a velocity component turns something
     constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
+    sizes(q, t) -> (holonomic,), (rows,)
+        What the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes, m.
     """
 
     factors: Sequence[FactorLike]
     names: Sequence[str]
+    units: Sequence[str]
+    angular: NDArray[np.bool_]
     holonomic: int
     constraint: Callable[[Array, float], Array]
     velocity: Callable[[Array, Array, float], Array]
     jacobian: Callable[[Array, float], Array]
     mass: Callable[[Array], Array]
+    sizes: Callable[[Array, float], tuple[Array, Array]]
+
+
+def split_sizes(values: Array, holonomic: int) -> tuple[Array, Array]:
+    """Return what ``constraint_size`` gives, one array after the other, as ``Constrained.sizes`` does."""
+    return values[:holonomic], values[holonomic:]
 
 
 @dataclass(frozen=True)
@@ -77,94 +106,234 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     ModelError
         The constraints contradict each other, or the guess is too far away; names the rows that stay violated.
     """
-    first = system.constraint(q, t)
+    first, start = system.constraint(q, t), _Rows(system, q, t)
     q, iterations = _position(system, q, t)
-    rates = system.velocity(q, v, t)
-    v = v - _correction(system, q, t, rates)
+    rows = _Rows(system, q, t)
+    guess, rates = v, system.velocity(q, v, t)
+    v = v - rows.correction(rates)
     left = system.velocity(q, v, t)
-    scale = max(1.0, float(np.max(np.abs(rates), initial=0.0)))
-    if np.max(np.abs(left), initial=0.0) > CONTRADICTION * scale:
-        raise _contradiction(system.names, left, "velocities", iterations)
-    return Assembly(q, v, iterations, _named(system.names, first), _named(system.names, rates))
+    limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
+    if not np.all(np.abs(left) <= limits):
+        raise _contradiction(system.names, left, limits, "velocities", iterations)
+    violations = _named(system.names, first, TOLD * start.scale)
+    return Assembly(q, v, iterations, violations, _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess))))
+
+
+class _Rows:
+    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and what they are measured by."""
+
+    def __init__(self, system: Constrained, q: Array, t: float) -> None:
+        self.holonomic = system.holonomic
+        self.B = system.jacobian(q, t)
+        self.angular = system.angular
+        self.size, self.extent = system.sizes(q, t)
+        self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
+        self._mass = system.mass(q)
+
+    @property
+    def scale(self) -> Array:
+        """What violations of the rows are measured by, in their units."""
+        return np.where(self.lengths, self.extent, 1.0)
+
+    @property
+    def limits(self) -> Array:
+        """Violations of the holonomic rows beyond which they are not met."""
+        return np.maximum(CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size)
+
+    def rate_limits(self, speeds: Array) -> Array:
+        """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``, (rows,)."""
+        return np.maximum(CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds))
+
+    @cached_property
+    def metric(self) -> Array:
+        """L of M = L L^T; coordinates that nothing resists at this configuration are given a trifle of inertia."""
+        try:
+            return np.asarray(np.linalg.cholesky(self._mass))
+        except np.linalg.LinAlgError:
+            weights = np.sqrt(np.maximum(np.diag(self._mass), 0.0))
+            weights = np.where(weights > 0.0, weights, 1.0)
+            values, vectors = np.linalg.eigh(self._mass / np.outer(weights, weights))
+            raised = (vectors * np.maximum(values, _RESISTANCE * values[-1])) @ vectors.T
+            return np.asarray(np.linalg.cholesky(raised * np.outer(weights, weights)))
+
+    @cached_property
+    def weighed(self) -> Array:
+        """B L^-T."""
+        return np.asarray(np.linalg.solve(self.metric, self.B.T).T)
+
+    @cached_property
+    def _speeds(self) -> Array:
+        """Squares of what a unit of kinetic energy lets each velocity component be, (nv,)."""
+        return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
+
+    def _entries(self, scale: Array) -> Array:
+        """Return what entries of B are where a row has a scale: that per radian; per metre, 1 or what turns by it."""
+        reach = np.where(self.extent > 0.0, self.extent, 1.0)
+        return np.where(self.angular, scale[:, np.newaxis], (np.where(self.lengths, 1.0, 1.0 / reach))[:, np.newaxis])
+
+    @cached_property
+    def possible(self) -> Array:
+        """What entries of B can be here, (rows, nv)."""
+        return np.maximum(self._entries(self.scale), np.abs(self.B))
+
+    @cached_property
+    def _of_summands(self) -> Array:
+        """What the magnitudes of the summands of entries of B add up to at most, (rows, nv)."""
+        sizes = np.where(self.lengths, self.extent, 1.0)
+        sizes[: self.holonomic] = np.maximum(sizes[: self.holonomic], self.size)
+        return np.maximum(self._entries(sizes), np.abs(self.B))
+
+    @cached_property
+    def vanishing(self) -> Array:
+        """Lengths of weighed rows that are rounding and nothing else, (rows,)."""
+        return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self._speeds))
+
+    @cached_property
+    def natural(self) -> Array:
+        """Lengths that weighed rows can have: those with entries as large as their kind allows, where they have any, (rows,)."""
+        there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
+        return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self._speeds))
+
+    def correction(self, violation: Array) -> Array:
+        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone."""
+        count = len(violation)
+        says = self.natural[:count] > self.vanishing[:count]
+        weights = 1.0 / self.natural[:count][says]
+        if not np.any(says):
+            return np.zeros(self.B.shape[1])
+        rows = self.weighed[:count][says] * weights[:, np.newaxis]
+        along = np.linalg.lstsq(rows, violation[says] * weights, rcond=SINGULAR)[0]
+        return np.asarray(np.linalg.solve(self.metric.T, along))
 
 
 def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
-    best, worst = np.inf, 1.0
+    best = np.inf
     for iteration in range(MAX_ITERATIONS):
-        violation = system.constraint(q, t)
-        size = float(np.max(np.abs(violation), initial=0.0))
-        if not np.isfinite(size):
+        violation, rows = system.constraint(q, t), _Rows(system, q, t)
+        if not np.all(np.isfinite(violation)):
             break
-        worst = max(worst, size)
-        if size <= TOLERANCE * worst or (size >= 0.5 * best and best <= CONTRADICTION * worst):
+        size = float(np.max(np.abs(violation) / np.maximum(rows.size, np.finfo(float).tiny), initial=0.0)) / EPSILON
+        met = bool(np.all(np.abs(violation) <= rows.limits))
+        if size <= ROUNDING or (met and size >= 0.5 * best):
             return q, iteration
         best = min(best, size)
-        step = -_correction(system, q, t, violation, system.holonomic)
-        largest = float(np.max(np.abs(step)))
-        q = update(system.factors, q, step * min(1.0, 1.0 / largest if largest > 0 else 1.0))
-    raise _contradiction(system.names, system.constraint(q, t), "positions", MAX_ITERATIONS)
+        step = -rows.correction(violation)
+        largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
+        q = update(system.factors, q, step / max(1.0, largest))
+    violation = system.constraint(q, t)
+    raise _contradiction(system.names, violation, _Rows(system, q, t).limits, "positions", MAX_ITERATIONS)
 
 
-def _correction(system: Constrained, q: Array, t: float, violation: Array, rows: int | None = None) -> Array:
-    """Return M^-1 B^T (B M^-1 B^T)^+ violation."""
-    B = system.jacobian(q, t)[:rows]
-    if not len(B):
-        return np.zeros(B.shape[1])
-    by_mass = np.linalg.solve(system.mass(q), B.T)
-    return by_mass @ np.linalg.lstsq(B @ by_mass, violation, rcond=RANK)[0]
+def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, float]:
+    return {
+        name: float(value) for name, value, limit in zip(names, values, limits, strict=False) if abs(value) > limit
+    }  # fmt: skip
 
 
-def _named(names: Sequence[str], values: Array) -> dict[str, float]:
-    return {name: float(value) for name, value in zip(names, values, strict=False) if abs(value) > 1e-10}
-
-
-def _contradiction(names: Sequence[str], left: Array, what: str, iterations: int) -> ModelError:
-    order = np.argsort(-np.abs(left))
-    worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if abs(left[k]) > CONTRADICTION or not np.isfinite(left[k])]
+def _contradiction(names: Sequence[str], left: Array, limits: Array, what: str, iterations: int) -> ModelError:
+    order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
+    worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = f"the {what} of the constraints cannot be met together: after {iterations} corrections still off: {'; '.join(worst)}"
     return ModelError(Problem("constraints", text, "an initial state nearer to assembly, or lengths and axes that fit"))
 
 
-def redundant_rows(system: Constrained, q: Array, t: float = 0.0, samples: int = 3) -> list[int]:
-    """Return the rows that follow from those before them, at the given and at nearby consistent configurations.
+@dataclass(frozen=True)
+class Redundancy:
+    """Which rows say something.
 
-    Rows are taken in order: the first to say something is kept. A row that is dependent at one configuration only (a
-    singular position) is no redundant row.
+    Attributes
+    ----------
+    dependent : rows that follow from those before them
+    hardly : rows that nearly do, and how much of them is new, as a part of what such rows can be
     """
-    if np.linalg.matrix_rank(_scaled(system, q, t), tol=RANK) == len(system.names):
-        return []
-    generator = np.random.default_rng(1)
-    bases: list[list[Array]] = []
-    jacobians: list[Array] = []
-    for sample in range(samples):
-        here = q
-        if sample:
-            nudge: Array = np.multiply(0.05, generator.standard_normal(system.jacobian(q, t).shape[1]))
-            try:
-                here, _ = _position(system, update(system.factors, q, nudge), t)
-            except ModelError:
-                continue
-        jacobians.append(_scaled(system, here, t))
-        bases.append([])
-    dependent = []
-    for row in range(len(jacobians[0])):
-        rests = [_rest(B[row], basis) for B, basis in zip(jacobians, bases, strict=True)]
-        independent = [bool(np.linalg.norm(rest) > 10 * RANK) for rest in rests]
-        if not any(independent):
-            dependent.append(row)
-            continue
-        for rest, basis, new in zip(rests, bases, independent, strict=True):
-            if new:
+
+    dependent: tuple[int, ...]
+    hardly: dict[int, float]
+
+
+def redundancy(
+    system: Constrained, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
+) -> Redundancy:  # fmt: skip
+    """Return the rows that follow from others, at the given and at nearby consistent configurations.
+
+    Rows are taken in order: the first to say something is kept. Those of which little is new wait until the others are
+    through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular position) is
+    no redundant row. What is left of a row is held against what a row of its kind can be there, and against rounding, never
+    against the row itself: one that vanishes but for rounding says nothing. ``rows``: those looked at, all by default.
+    """
+    looked_at = range(len(system.names)) if rows is None else rows
+    here = _Rows(system, q, t)
+    if _all_new(here, looked_at):
+        return Redundancy((), {})
+    places = [here, *(_Rows(system, near, t) for near in _nearby(system, q, t, samples - 1))]
+    bases: list[list[Array]] = [[] for _ in places]
+
+    def rests(row: int) -> list[Array]:
+        return [_rest(place.weighed[row], basis) for place, basis in zip(places, bases, strict=True)]
+
+    def news(row: int, left: Sequence[Array]) -> list[float]:
+        """Return which part of a row is new, place by place, 0 where that is nothing."""
+        parts = []
+        for place, rest in zip(places, left, strict=True):
+            length, natural = float(np.linalg.norm(rest)), float(place.natural[row])
+            says = natural > 0.0 and length > max(REDUNDANT * natural, float(place.vanishing[row]))
+            parts.append(length / natural if says else 0.0)
+        return parts
+
+    def take(left: Sequence[Array], parts: Sequence[float]) -> None:
+        for basis, rest, part in zip(bases, left, parts, strict=True):
+            if part > 0.0:
                 basis.append(rest / np.linalg.norm(rest))
-    return dependent
+
+    waiting: list[int] = []
+    for row in looked_at:
+        left = rests(row)
+        parts = news(row, left)
+        if max(parts) < LITTLE:
+            waiting.append(row)
+        else:
+            take(left, parts)
+    hardly: dict[int, float] = {}
+    while waiting:
+        lefts = {row: rests(row) for row in waiting}
+        parts_of = {row: news(row, left) for row, left in lefts.items()}
+        best = max(waiting, key=lambda row: max(parts_of[row]))
+        if max(parts_of[best]) == 0.0:
+            break
+        waiting.remove(best)
+        take(lefts[best], parts_of[best])
+        if max(parts_of[best]) < ALMOST_REDUNDANT:
+            hardly[best] = max(parts_of[best])
+    return Redundancy(tuple(waiting), hardly)
 
 
-def _scaled(system: Constrained, q: Array, t: float) -> Array:
-    """Return B L^-T with M = L L^T and rows of length one: rows compared in the metric of the kinetic energy."""
-    L = np.linalg.cholesky(system.mass(q))
-    rows: Array = np.linalg.solve(L, system.jacobian(q, t).T).T
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    return rows / np.where(lengths > 0.0, lengths, 1.0)
+def _all_new(here: _Rows, rows: Sequence[int]) -> bool:
+    """Return whether much of each row is new at one configuration already."""
+    natural = here.natural[list(rows)]
+    if len(rows) > here.B.shape[1] or not np.all(natural > 0.0):
+        return False
+    left = np.abs(np.diag(np.linalg.qr((here.weighed[list(rows)] / natural[:, np.newaxis]).T, mode="r")))
+    return bool(np.all(left >= LITTLE)) and bool(np.all(left * natural > here.vanishing[list(rows)]))
+
+
+def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
+    """Return consistent configurations near a given one, as far away along each coordinate as inertia lets it go."""
+    rows, generator = _Rows(system, q, t), np.random.default_rng(1)
+    found: list[Array] = []
+    extent = float(np.max(rows.extent, initial=0.0))
+    for attempt in range(3 * count):
+        way = np.linalg.solve(rows.metric.T, generator.standard_normal(len(system.angular)))
+        turn = float(np.max(np.abs(way[system.angular]), initial=0.0))
+        travel = float(np.max(np.abs(way[~system.angular]), initial=0.0))
+        longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0
+        try:
+            near, _ = _position(system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t)
+        except ModelError:
+            continue
+        found.append(near)
+        if len(found) == count:
+            break
+    return found
 
 
 def _rest(row: Array, basis: Sequence[Array]) -> Array:

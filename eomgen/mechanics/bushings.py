@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
-from eomgen.mechanics.constraints import Placed, place
+from eomgen.mechanics.frame_pairs import Placed, place
 from eomgen.mechanics.loads import Loads, add_wrench
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import WORLD_NAME

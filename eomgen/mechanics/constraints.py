@@ -10,56 +10,55 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 from eomgen.mechanics.directions import configuration_directions, rates_along
+from eomgen.mechanics.frame_pairs import Pair, Placed, magnitude, placed
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree
-from eomgen.scene.constraint import Constraint, Frame
+from eomgen.scene.constraint import Constraint
 from eomgen.symbolic.configuration import Tangent, rotation
 from eomgen.symbolic.derivatives import forward_partials, jacobian_vector
-from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
 from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
 from eomgen.system import BASE_LAYOUT
 
 
+@dataclass(frozen=True)
+class Row:
+    """One equation of a constraint.
+
+    Attributes
+    ----------
+    value : what is to be zero; at velocity level affine in v
+    size : what the magnitudes of its summands add up to, in its own unit: rounding errors are a few digits less. None at
+        velocity level, where B and v tell
+    extent : m, the way along the loop that it closes: how far apart things are there, wherever the machine stands
+    """
+
+    name: str
+    value: Scalar
+    unit: Literal["m", "1", "m/s"]
+    size: Scalar | None
+    extent: Scalar
+
+
 @dataclass
 class Rows:
-    """Constraint rows with a name each; holonomic ones first when numbered."""
+    """Constraint rows; holonomic ones first when numbered."""
 
-    names: list[str] = field(default_factory=list)
-    holonomic: list[Scalar] = field(default_factory=list)
-    velocity_names: list[str] = field(default_factory=list)
-    velocity: list[Scalar] = field(default_factory=list)
+    holonomic: list[Row] = field(default_factory=list)
+    velocity: list[Row] = field(default_factory=list)
+
+    @property
+    def all(self) -> list[Row]:
+        return [*self.holonomic, *self.velocity]
 
     def without(self, numbers: Sequence[int]) -> Rows:
         """Return the rows but those of the given numbers."""
         left_out, first = set(numbers), len(self.holonomic)
-        at_position = [k for k in range(first) if k not in left_out]
-        at_velocity = [k for k in range(len(self.velocity)) if first + k not in left_out]
-        return Rows(
-            [self.names[k] for k in at_position], [self.holonomic[k] for k in at_position],
-            [self.velocity_names[k] for k in at_velocity], [self.velocity[k] for k in at_velocity],
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Placed:
-    """A frame of a constraint where it is now: axes as columns, origin, in base axes (world axes in absolute coordinates)."""
-
-    axes: Matrix
-    origin: Vector
-
-    def axis(self, k: int) -> Vector:
-        return (self.axes[0][k], self.axes[1][k], self.axes[2][k])
-
-
-def place(quantities: Quantities, frame: Frame) -> Placed:
-    """Return a constraint's frame in base axes."""
-    algebra, kinematics = quantities.algebra, quantities.kinematics
-    r = algebra.vector([quantities.formula(item) for item in frame.position])
-    mount = quantities.mount(frame)
-    R = multiply(kinematics.pose(mount.link)[0], multiply(mount.orientation, algebra.matrix(frame.orientation)))
-    return Placed(R, kinematics.position_in_base(frame.body, r))
+        at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
+        return Rows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
 
 
 def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
@@ -67,55 +66,62 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
     rows = Rows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
-            first, second = place(quantities, item.first), place(quantities, item.second)
-            for label, value in _holonomic(quantities, item, first, second):
-                rows.names.append(f"{item.name}: {label}")
-                rows.holonomic.append(value)
+            pair = placed(quantities, item.first, item.second)
+            rows.holonomic += _holonomic(quantities, item, pair)
             if item.type == "rolling":
-                for label, value in _rolling(quantities, item, first, second):
-                    rows.velocity_names.append(f"{item.name}: {label}")
-                    rows.velocity.append(value)
+                rows.velocity += _rolling(quantities, item, pair)
     return rows
 
 
-def _holonomic(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
+def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+    first, second, one = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
-    meeting = [(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
-    parallel = [(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
-    spin = ("x stays perpendicular to y", dot(first.axis(0), second.axis(1)))
+
+    def length(label: str, value: Scalar, *more: Scalar) -> Row:
+        return Row(f"{item.name}: {label}", value, "m", magnitude((pair.size, *more)), pair.extent)
+
+    def angle(label: str, value: Scalar, *more: Scalar) -> Row:
+        return Row(f"{item.name}: {label}", value, "1", magnitude((one, *more)), pair.extent)
+
+    meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
+    parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
+    spin = angle("x stays perpendicular to y", dot(first.axis(0), second.axis(1)))
+    driven = []
+    if item.drive is not None:
+        drive = quantities.formula(item.drive)
+        if item.type == "revolute":
+            driven = [angle("driven angle", turned_past(quantities, drive, first, second), drive)]
+        else:
+            driven = [length("driven travel", local[2] + drive, drive)]
     match item.type:
         case "spherical":
             return meeting
         case "revolute":
-            return meeting + parallel + _driven_angle(quantities, item, first, second)
+            return meeting + parallel + driven
         case "universal":
             return [*meeting, spin]
         case "cylindrical":
-            return meeting[:2] + parallel + _driven_travel(quantities, item, local)
+            return meeting[:2] + parallel + driven
         case "helical":
-            return [*meeting[:2], *parallel, ("travel follows the angle", _screwed(quantities, item, first, second, local))]
+            travel = length("travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch))
+            return [*meeting[:2], *parallel, travel]
         case "prismatic":
-            return [*meeting[:2], *parallel, spin, *_driven_travel(quantities, item, local)]
+            return [*meeting[:2], *parallel, spin, *driven]
         case "planar":
-            return [("origin stays in the plane", dot(gap, z1)), *parallel]
+            return [length("origin stays in the plane", dot(gap, z1)), *parallel]
         case "fixed":
             return [*meeting, *parallel, spin]
         case "distance":
-            length = quantities.algebra.call(Op.SQRT, dot(gap, gap))
-            return [("distance", length - quantities.formula(item.length))]
+            apart, wanted = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
+            return [length("distance", apart - wanted, wanted)]
         case "point_on_line":
             across = apply(transpose(first.axes), gap)
-            return [(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
+            return [length(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
         case _:
-            return [("contact", dot(minus(_contact(quantities, item, first, second), first.origin), z1))]
-
-
-def _driven_angle(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
-    if item.drive is None:
-        return []
-    return [("driven angle", turned_past(quantities, quantities.formula(item.drive), first, second))]
+            height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
+            return [length("contact", height, quantities.formula(item.radius))]
 
 
 def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
@@ -124,38 +130,29 @@ def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Pl
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
 
 
-def _screwed(quantities: Quantities, item: Constraint, first: Placed, second: Placed, local: Vector) -> Scalar:
+def _screwed(quantities: Quantities, item: Constraint, pair: Pair, local: Vector) -> Scalar:
     """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
     pitch = quantities.formula(item.pitch)
-    return pitch * turned_past(quantities, -local[2] / pitch, first, second)
+    return pitch * turned_past(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
-def _driven_travel(quantities: Quantities, item: Constraint, local: Vector) -> list[tuple[str, Scalar]]:
-    return [] if item.drive is None else [("driven travel", local[2] + quantities.formula(item.drive))]
-
-
-def _contact(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> Vector:
+def _contact(quantities: Quantities, item: Constraint, pair: Pair) -> Vector:
     """Return the lowest point of a disc about the second frame's z axis, or of a sphere, over the first's plane."""
-    normal, axis, radius = first.axis(2), second.axis(2), quantities.formula(item.radius)
+    normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
     if item.shape == "sphere":
-        return minus(second.origin, scaled(radius, normal))
+        return minus(pair.second.origin, scaled(radius, normal))
     down = minus(normal, scaled(dot(normal, axis), axis))
     length = quantities.algebra.call(Op.SQRT, dot(down, down))
-    return minus(second.origin, scaled(radius / length, down))
+    return minus(pair.second.origin, scaled(radius / length, down))
 
 
-def _rolling(quantities: Quantities, item: Constraint, first: Placed, second: Placed) -> list[tuple[str, Scalar]]:
-    contact = _contact(quantities, item, first, second)
-    slip = minus(_velocity_at(quantities, item.second, contact), _velocity_at(quantities, item.first, contact))
-    return [(f"no slip along {axis}", dot(slip, first.axis(k))) for k, axis in enumerate("xy")]
-
-
-def _velocity_at(quantities: Quantities, frame: Frame, point: Vector) -> Vector:
-    """Return the velocity (base axes) of what moves with a frame at ``point``, where it is now."""
-    kinematics, link = quantities.kinematics, quantities.mount(frame).link
-    R, origin = kinematics.pose(link)
-    omega, velocity = kinematics.twist(link)
-    return plus(apply(R, velocity), cross(apply(R, omega), minus(point, origin)))
+def _rolling(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+    contact = _contact(quantities, item, pair)
+    slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
+    return [
+        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", None, pair.extent)
+        for k, axis in enumerate("xy")
+    ]
 
 
 class ConstraintCalculus:
@@ -168,8 +165,8 @@ class ConstraintCalculus:
         self.rows = rows
         self.seeds = configuration_directions(tree)
         self.rates = rates_of(self.tape, self.seeds, moving_base)
-        self.holonomic = [value.ref for value in rows.holonomic]
-        self.level = [value.ref for value in rows.velocity]
+        self.holonomic = [row.value.ref for row in rows.holonomic]
+        self.level = [row.value.ref for row in rows.velocity]
 
     @cached_property
     def tangents(self) -> list[Tangent]:

@@ -84,9 +84,9 @@ class Derivation:
             return None
         rows = constraint_rows(self.quantities, items)
         if isinstance(self.quantities, AbsoluteQuantities):
-            following = following_rows(self.quantities)
-            rows.names[:0], rows.holonomic[:0] = [name for name, _ in following], [value for _, value in following]
-        return ConstraintCalculus(self.tree, rows.without(self.without_rows), moving_base)
+            rows.holonomic[:0] = following_rows(self.quantities)
+        rows = rows.without(self.without_rows)
+        return ConstraintCalculus(self.tree, rows, moving_base) if rows.all else None
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""
@@ -279,7 +279,7 @@ class Derivation:
         return self.constraints
 
     def constraint(self) -> list[Block]:
-        return [self._vector("Phi", self._calculus().rows.holonomic, "holonomic constraints")]
+        return [self._vector("Phi", [row.value for row in self._calculus().rows.holonomic], "holonomic constraints")]
 
     def constraint_velocity(self) -> list[Block]:
         return [self._vector("w", self._calculus().velocity(), "B v + Phi_t, then constraints at velocity level")]
@@ -289,6 +289,14 @@ class Derivation:
 
     def constraint_jacobian(self) -> list[Block]:
         return [self._matrix("B", self._calculus().jacobian(), "constraint Jacobian, left-trivialised")]
+
+    def constraint_size(self) -> list[Block]:
+        rows = self._calculus().rows
+        sizes = [row.size for row in rows.holonomic if row.size is not None]
+        return [
+            self._vector("size", sizes, "what the magnitudes of the summands of each of Phi add up to, in its unit"),
+            self._vector("extent", [row.extent for row in rows.all], "way along the loop that each row closes, m"),
+        ]
 
     def velocity_partials(self) -> list[Block]:
         rows = self._calculus().by_configuration(self._calculus().velocity())

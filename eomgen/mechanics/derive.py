@@ -42,6 +42,10 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "constraint_velocity": (("p", "t", "q", "v", "base"), "rates of the holonomic constraints, and velocity-level constraints"),
     "constraint_bias": (("p", "t", "q", "v", "base"), "what is left of the constraints' accelerations when vdot = 0"),
     "constraint_jacobian": (("p", "t", "q", "base"), "B: derivative of the constraints along w is B w, left-trivialised"),
+    "constraint_size": (
+        ("p", "t", "q", "base"),
+        "what the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes",
+    ),
     "velocity_partials": (("p", "t", "q", "v", "base"), "left-trivialised partials in q of the constraints' rates"),
     "equations": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "residual, constraints and their rates together"),
     "iteration": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "nonzeros of all partials of an implicit step together"),
@@ -77,7 +81,7 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
 #: Terms that exist only where something is constrained.
 OF_CONSTRAINTS = frozenset(
     {
-        "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials",
+        "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size", "velocity_partials",
         "jacobian_values", "acceleration_partials",
     }
 )  # fmt: skip
@@ -191,10 +195,11 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),
         outputs=tuple(Quantity(o.name, 0.0, len(o.values), o.unit, o.description) for o in scene.outputs),
         bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v, angles=angles,
-        multipliers=(*rows.names, *rows.velocity_names) if rows is not None else (),
+        multipliers=tuple(row.name for row in rows.all) if rows is not None else (),
+        row_units=tuple(row.unit for row in rows.all) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
-        dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
+        angular=tree.angular(), dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
         notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
         constants=named_constants(tree, derivation.quantities), beams=described(tree),
         description=scene.description, defaults=dict(vars(scene.simulation)), order=order,

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.constraints import place, rates_of, turned_past
+from eomgen.mechanics.constraints import Row, rates_of, turned_past
 from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.directions import configuration_directions
+from eomgen.mechanics.frame_pairs import magnitude, placed
 from eomgen.mechanics.joints import Direction, aligning_turn, perpendicular
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
@@ -109,7 +110,8 @@ class AbsoluteQuantities(Quantities):
 
     def _measured(self, item: Constraint) -> tuple[Scalar | Turn, ...]:
         """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
-        first, second = place(self, item.first), place(self, item.second)
+        pair = placed(self, item.first, item.second)
+        first, second = pair.first, pair.second
         gap = minus(second.origin, first.origin)
 
         def angle(x: Vector, y: Vector, along: Vector) -> Turn:
@@ -142,23 +144,27 @@ class AbsoluteQuantities(Quantities):
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 
-def following_rows(quantities: AbsoluteQuantities) -> list[tuple[str, Scalar]]:
-    """Return for each joint that follows another the equation that its coordinate is the leader's, multiplied, plus an offset.
+def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
+    """Return for each joint that follows another the row that its coordinate is the leader's, multiplied, plus an offset.
 
     An angle that follows is compared by its sine, and so needs no count of its own turns.
     """
-    rows = list[tuple[str, Scalar]]()
+    rows = list[Row]()
     for joint in quantities.scene.joints:
         if joint.mimic is None:
             continue
         target = quantities.formula(joint.mimic.multiplier) * quantities.coordinate(joint.mimic.joint)
         target = target + quantities.formula(joint.mimic.offset)
         item = quantities.constraints[joint.name]
-        if joint.type == "revolute" and item is not None:
-            value = turned_past(quantities, target, place(quantities, item.first), place(quantities, item.second))
+        if item is None:
+            continue
+        pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
+        if joint.type == "revolute":
+            value = turned_past(quantities, target, pair.first, pair.second)
+            rows.append(Row(name, value, "1", magnitude((quantities.algebra.one, target)), pair.extent))
         else:
             value = quantities.coordinate(joint.name) - target
-        rows.append((f"{joint.name}: follows {joint.mimic.joint}", value))
+            rows.append(Row(name, value, "m", magnitude((pair.size, target)), pair.extent))
     return rows
 
 

@@ -8,7 +8,50 @@ from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
 
-class Kinematics:
+class LinkKinematics:
+    """Poses and twists of links against one of them, each recorded at its first use.
+
+    Parameters
+    ----------
+    poses, twists : by link, of those that are known: of the one that all are seen from, at least
+    """
+
+    def __init__(
+        self, tree: Tree, poses: dict[int, tuple[Matrix, Vector]], twists: dict[int, tuple[Vector, Vector]]
+    ) -> None:  # fmt: skip
+        self.tree = tree
+        self.algebra = tree.algebra
+        self._poses, self._twists = poses, twists
+
+    def _path(self, link: int, known: dict[int, object]) -> list[int]:
+        path = []
+        while link not in known:
+            path.append(link)
+            link = self.tree.links[link].parent
+        return path[::-1]
+
+    def pose(self, link: int) -> tuple[Matrix, Vector]:
+        """Return orientation and origin of a link in the axes of the one that it is seen from."""
+        for index in self._path(link, self._poses):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            R, p = self._poses[item.parent]
+            with self.algebra.tape.block(f"pose of link {item.name}"):
+                self._poses[index] = (multiply(R, item.rotation.matrix(self.algebra)), plus(p, apply(R, item.position)))
+        return self._poses[link]
+
+    def twist(self, link: int) -> tuple[Vector, Vector]:
+        """Return angular velocity and velocity of the origin of a link against the one that it is seen from, in link axes."""
+        for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            omega, velocity = self._twists[item.parent]
+            with self.algebra.tape.block(f"twist of link {item.name}"):
+                turn, slide = relative(self.algebra, item, item.velocities)
+                carried = item.rotation.rotate_back(plus(velocity, cross(omega, item.position)))
+                self._twists[index] = (plus(item.rotation.rotate_back(omega), turn), plus(carried, slide))
+        return self._twists[link]
+
+
+class Kinematics(LinkKinematics):
     """Kinematics of one tree on one base; every quantity is recorded at its first use.
 
     Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes. In absolute
@@ -16,12 +59,10 @@ class Kinematics:
     """
 
     def __init__(self, tree: Tree, base: BaseState, carrier: BaseState | None = None) -> None:
-        self.tree = tree
+        zero = tree.algebra.zero_vector
+        super().__init__(tree, {ROOT: (tree.algebra.identity, zero)}, {ROOT: (zero, zero)})
         self.base = base
         self.carrier = carrier if carrier is not None else base
-        self.algebra = tree.algebra
-        self._poses: dict[int, tuple[Matrix, Vector]] = {ROOT: (self.algebra.identity, self.algebra.zero_vector)}
-        self._twists: dict[int, tuple[Vector, Vector]] = {ROOT: (self.algebra.zero_vector, self.algebra.zero_vector)}
         if carrier is not None:
             self._poses[CARRIER] = (carrier.orientation, carrier.position)
             self._twists[CARRIER] = (carrier.omega, carrier.velocity)
@@ -35,33 +76,6 @@ class Kinematics:
         passing = minus(cross(turning, x), apply(R, self.base.velocity))
         back = transpose(R)
         return (back, negative(apply(back, x))), (negative(turning), passing)
-
-    def _path(self, link: int, known: dict[int, object]) -> list[int]:
-        path = []
-        while link not in known:
-            path.append(link)
-            link = self.tree.links[link].parent
-        return path[::-1]
-
-    def pose(self, link: int) -> tuple[Matrix, Vector]:
-        """Return orientation and origin of a link in base axes."""
-        for index in self._path(link, self._poses):  # type: ignore[arg-type]  # keys only
-            item = self.tree.links[index]
-            R, p = self._poses[item.parent]
-            with self.algebra.tape.block(f"pose of link {item.name}"):
-                self._poses[index] = (multiply(R, item.rotation.matrix(self.algebra)), plus(p, apply(R, item.position)))
-        return self._poses[link]
-
-    def twist(self, link: int) -> tuple[Vector, Vector]:
-        """Return angular velocity and velocity of the origin of a link relative to the base, in link axes."""
-        for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
-            item = self.tree.links[index]
-            omega, velocity = self._twists[item.parent]
-            with self.algebra.tape.block(f"twist of link {item.name}"):
-                turn, slide = relative(self.algebra, item, item.velocities)
-                carried = item.rotation.rotate_back(plus(velocity, cross(omega, item.position)))
-                self._twists[index] = (plus(item.rotation.rotate_back(omega), turn), plus(carried, slide))
-        return self._twists[link]
 
     def local(self, body: str, r: Vector) -> tuple[int, Vector]:
         """Return link and coordinates in the link's frame of a point of a body."""

@@ -138,6 +138,12 @@ class Tree:
                 total[dof] = total[dof] + link.coordinates.ratio * value
         return total
 
+    def angular(self) -> tuple[bool, ...]:
+        """Return for each velocity component whether it turns anything; elastic coordinates, which deform, count as travels."""
+        columns = [pair for link in self.links for pair in zip(link.dofs, link.columns, strict=True)]
+        turning = {dof for dof, column in columns if not all(part.is_zero for part in column.angular)}
+        return tuple(dof in turning for dof in range(self.nv))
+
     def dof_parents(self) -> tuple[int, ...]:
         """Return for each velocity component the nearest one before it that it is coupled with, -1 where there is none.
 

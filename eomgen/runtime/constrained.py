@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.errors import UsageError
-from eomgen.integrators.consistency import Assembly, Constrained, assemble
+from eomgen.integrators.consistency import Assembly, Constrained, assemble, split_sizes
 from eomgen.runtime.functions import Functions
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
     UsageError
         The model was built without the terms that constraints need.
     """
-    needed = ("mass", "constraint_velocity", "constraint_jacobian")
+    needed = ("mass", "constraint_velocity", "constraint_jacobian", "constraint_size")
     missing = [name for name in needed if name not in model.functions]
     if missing:
         raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
@@ -67,14 +67,23 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
     def at(name: str, **state: Array | float) -> Array:
         return next(iter(model.evaluate(name, t=t, parameters=parameters, **state).values()))
 
+    holonomic = model.functions.sizes["holonomic"]
+
+    def sizes(q: Array, _: float) -> tuple[Array, Array]:
+        found = model.evaluate("constraint_size", q, t=t, parameters=parameters)
+        return split_sizes(np.concatenate(list(found.values())), holonomic)
+
     equations = Constrained(
         factors=model.factors,
         names=model.multipliers,
-        holonomic=model.functions.sizes["holonomic"],
-        constraint=lambda q, _: at("constraint", q=q) if model.functions.sizes["holonomic"] else np.zeros(0),
+        units=model.library.layout["row_units"],
+        angular=np.array([unit == "rad/s" for unit in model.v_units]),
+        holonomic=holonomic,
+        constraint=lambda q, _: at("constraint", q=q) if holonomic else np.zeros(0),
         velocity=lambda q, v, _: at("constraint_velocity", q=q, v=v),
         jacobian=lambda q, _: at("constraint_jacobian", q=q),
         mass=lambda q: model.mass(q, parameters=parameters),
+        sizes=sizes,
     )
     found = assemble(equations, q, v, t)
     return replace(found, q=model._terms.followed(found.q, t, parameters))

@@ -79,8 +79,8 @@ def terms_needed(model: Model) -> list[str]:
     """Return the terms from which linear models and the states they are about are made."""
     terms = ["mass", "residual", "partials", "linearization"]
     if model.multipliers:
-        terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials"]
-        terms += ["acceleration_partials"]
+        terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
+        terms += ["velocity_partials", "acceleration_partials"]
     else:
         terms += ["forward_dynamics"]
     if model.nz:

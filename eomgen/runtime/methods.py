@@ -39,6 +39,9 @@ _INDEX_3 = "_index3"
 #: All parameters that some method takes.
 PARAMETERS = ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")
 
+#: Terms of constraints that steppers call, or that bring a state onto the constraints.
+_KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
+
 #: Every name, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
     **{name: name for name in _GENERALIZED_ALPHA},
@@ -130,8 +133,7 @@ def terms_of(name: str, constrained: bool = False, internal: bool = False, mass:
     if canonical_name(name) == "rk4_partitioned":
         if not constrained:  # it is refused, for a better reason than missing terms
             return ("residual",)
-        return ("mass", "residual", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian")
+        return ("mass", "residual", *_KINEMATIC)
     if constrained:
-        kinematic = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "jacobian_values")
-        return ("mass", "residual", *kinematic, "equations", "iteration")
+        return ("mass", "residual", *_KINEMATIC, "jacobian_values", "equations", "iteration")
     return ("forward_dynamics", "residual", "partials")

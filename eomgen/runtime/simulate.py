@@ -209,8 +209,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     cause = partial(beyond_order_in_run, model, t, q, p)
     if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps, cause)):
         message = f"{message}; {doubt}"
-    warnings = warnings_of(run.method, bool(model.multipliers))
-    message, notes = "; ".join((message, *warnings)), [*model.notes, *warnings]
+    of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
+    message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
     described = _metadata(model, run.name, run.settings, p, run.every, run.start, run.end)
     return Solution(
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,

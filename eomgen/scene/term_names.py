@@ -26,6 +26,7 @@ TERMS = (
     "constraint_velocity",
     "constraint_bias",
     "constraint_jacobian",
+    "constraint_size",
     "velocity_partials",
     "equations",
     "iteration",
