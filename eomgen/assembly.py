@@ -46,6 +46,8 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     notes = [f"{system.multipliers[row]} follows from the constraints before it and is left out" for row in rows.dependent]
     prescribed, locked = _without_freedom(system, equations, found.q, rows)
     notes += [*prescribed, *locked, *found.corrections()]
+    if rows.dependent:  # what contradicts the others by rounding no longer holds them off
+        found = assemble(equations.without(rows.dependent), found.q, found.v)
     system = derive(terms, rows.dependent)
     return replace(
         system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),

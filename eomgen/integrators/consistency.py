@@ -11,7 +11,7 @@ machine, make no difference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +26,7 @@ MAX_ITERATIONS = 50
 EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to: what they are, and
 #: where they are sought no more because they can be no more.
-ROUNDING, WORST_ROUNDING = 32.0, 1e4
+ROUNDING, WORST_ROUNDING = 4.0, 1e4
 #: Violations above this part of the extent are a contradiction; what a guess was off by is told above the second.
 CONTRADICTION, TOLD = 1e-8, 1e-10
 #: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
@@ -68,6 +68,21 @@ class Constrained:
     jacobian: Callable[[Array, float], Array]
     mass: Callable[[Array], Array]
     sizes: Callable[[Array, float], tuple[Array, Array]]
+
+    def without(self, left_out: Sequence[int]) -> Constrained:
+        """Return the system without some of its rows."""
+        kept = [row for row in range(len(self.names)) if row not in left_out]
+        at_position = [row for row in kept if row < self.holonomic]
+
+        def sizes(q: Array, t: float) -> tuple[Array, Array]:
+            size, extent = self.sizes(q, t)
+            return size[at_position], extent[kept]
+
+        return replace(
+            self, names=[self.names[row] for row in kept], units=[self.units[row] for row in kept], holonomic=len(at_position),
+            constraint=lambda q, t: self.constraint(q, t)[at_position], velocity=lambda q, v, t: self.velocity(q, v, t)[kept],
+            jacobian=lambda q, t: self.jacobian(q, t)[kept], sizes=sizes,
+        )  # fmt: skip
 
 
 def split_sizes(values: Array, holonomic: int) -> tuple[Array, Array]:

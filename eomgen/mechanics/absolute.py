@@ -131,7 +131,7 @@ def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, i
     joint = Joint(factor.name, "free" if kind != "spherical" else "spherical", BASE, name)
     link = Link(
         name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
-        neutral_position=algebra.zero_vector, position=position, columns=columns_of(algebra, kind, units, zero),
+        neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, kind, units, zero),
         coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
         rotor_inertias=(zero,) * factor.v_size, balanced=kind == "spherical",
     )  # fmt: skip

@@ -80,10 +80,10 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
     z1 = first.axis(2)
 
     def length(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "m", magnitude((pair.size, *more)), pair.extent)
+        return Row(f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.extent)
 
     def angle(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "1", magnitude((one, *more)), pair.extent)
+        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.extent)
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]

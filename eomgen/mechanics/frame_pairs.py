@@ -6,14 +6,14 @@ derivatives then: a loop far away from the base's origin, or on a body that flie
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from eomgen.mechanics.kinematics import LinkKinematics
 from eomgen.mechanics.quantities import Quantities
-from eomgen.mechanics.tree import CARRIER, ROOT, WORLD, Mount
+from eomgen.mechanics.tree import ROOT, Mount
 from eomgen.scene.constraint import Frame
-from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, minus, multiply, negative, plus
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
 from eomgen.symbolic.tape import Op
 
 
@@ -54,35 +54,48 @@ class Pair:
 
 def place(quantities: Quantities, frame: Frame) -> Placed:
     """Return a frame in base axes, world axes in absolute coordinates."""
-    return _Side.of(quantities, frame).placed(quantities, quantities.kinematics)
+    side, kinematics = _Side.of(quantities, frame), quantities.kinematics
+    R, p = kinematics.pose(side.mount.link)
+    turned = multiply(side.mount.orientation, quantities.algebra.matrix(frame.orientation))
+    return Placed(side.mount.link, multiply(R, turned), plus(p, apply(R, side.place)))
 
 
 def placed(quantities: Quantities, first: Frame, second: Frame) -> Pair:
     """Return two frames as the nearest link that carries both sees them."""
-    algebra, kinematics = quantities.algebra, quantities.kinematics
+    algebra, zero = quantities.algebra, quantities.algebra.zero_vector
     sides = [_Side.of(quantities, frame) for frame in (first, second)]
     shared = sum(1 for one, other in zip(sides[0].way, sides[1].way, strict=False) if one == other)
-    carrier = sides[0].way[shared - 1]
-    starts = [side.start(quantities, shared) for side in sides]
-    moves = [any(symbol.block != "p" for symbol in algebra.tape.depends_on(part.ref for part in start)) for start in starts]
-    # a point of the carrier, so that places far away are subtracted from each other before all else
-    origin = negative(starts[1] if moves[0] and not moves[1] else starts[0])
-    poses: dict[int, tuple[Matrix, Vector]] = {carrier: (algebra.identity, origin)}
-    twists: dict[int, tuple[Vector, Vector]] = {carrier: (algebra.zero_vector, algebra.zero_vector)}
-    for link in {side.way[shared] for side in sides if len(side.way) > shared} & {CARRIER, WORLD}:
-        R, p = kinematics.pose(link)
-        poses[link], twists[link] = (R, plus(p, origin)), kinematics.twist(link)
+    (place, travel), (other_place, other_travel) = (side.start(quantities, shared) for side in sides)
+    # seen from where the first one's way starts, or the second's if only that one stays: places far away are subtracted first
+    if _is_zero(travel) or not _is_zero(other_travel):
+        starts = [zero, plus(minus(other_place, place), minus(other_travel, travel))]
+    else:
+        starts = [plus(minus(place, other_place), minus(travel, other_travel)), zero]
+    apart = starts[1] if _is_zero(starts[0]) else starts[0]
+    poses: dict[int, tuple[Matrix, Vector]] = {sides[0].way[shared - 1]: (algebra.identity, zero)}
+    twists: dict[int, tuple[Vector, Vector]] = {sides[0].way[shared - 1]: (zero, zero)}
+    for side, start in zip(sides, starts, strict=True):
+        side.begin(quantities, shared, start, poses, twists)
     seen = LinkKinematics(quantities.tree, poses, twists)
-    along = magnitude(part for side in sides for place in side.beyond(quantities, shared) for part in place)
-    apart = magnitude(minus(starts[1], starts[0]))
-    size = magnitude((*starts[0], *starts[1])) if any(moves) else apart
-    return Pair(seen, sides[0].placed(quantities, seen), sides[1].placed(quantities, seen), size + along, apart + along)
+    steps = [step for side in sides for step in side.beyond(quantities, shared)]
+    size = _lengths((minus(other_place, place), travel, other_travel, *steps))
+    frames = [side.placed(quantities, shared, seen, start) for side, start in zip(sides, starts, strict=True)]
+    return Pair(seen, frames[0], frames[1], size, _lengths((apart, *steps)))
 
 
-def magnitude(values: Iterable[Scalar]) -> Scalar:
-    """Return the sum of the magnitudes of some numbers, one at least."""
-    first, *others = (Scalar(value.tape, value.tape.call(Op.ABS, value.ref)) for value in values)
+def _lengths(steps: Sequence[Vector]) -> Scalar:
+    """Return the sum of the magnitudes of all components."""
+    first, *others = (magnitude(part) for step in steps for part in step)
     return sum(others, first)
+
+
+def _is_zero(x: Vector) -> bool:
+    return all(part.is_zero for part in x)
+
+
+def magnitude(value: Scalar) -> Scalar:
+    """Return the magnitude of a number."""
+    return Scalar(value.tape, value.tape.call(Op.ABS, value.ref))
 
 
 @dataclass(frozen=True)
@@ -103,22 +116,41 @@ class _Side:
             way.insert(0, quantities.tree.links[way[0]].parent if way[0] >= 0 else ROOT)
         return cls(frame, tuple(way), mount, plus(mount.position, apply(mount.orientation, r)))
 
-    def start(self, quantities: Quantities, shared: int) -> Vector:
-        """Return where the way to the frame leaves the link that carries both, or where the frame is on it."""
+    def start(self, quantities: Quantities, shared: int) -> tuple[Vector, Vector]:
+        """Return where the way to the frame leaves the link that carries both, or where the frame is on it, at neutral
+        coordinates, and how far it has moved from there."""
+        zero = quantities.algebra.zero_vector
         if len(self.way) == shared:
-            return self.place
+            return self.place, zero
         link = self.way[shared]
         if link >= 0:
-            return quantities.tree.links[link].position
+            return quantities.tree.links[link].neutral_position, quantities.tree.links[link].travel
         R, p = quantities.kinematics.pose(link)
-        return plus(p, apply(R, self.place))
+        return zero, plus(p, apply(R, self.place))
+
+    def begin(
+        self, quantities: Quantities, shared: int, start: Vector, poses: dict[int, tuple[Matrix, Vector]],
+        twists: dict[int, tuple[Vector, Vector]],
+    ) -> None:  # fmt: skip
+        """Enter the pose of the first link of the way, which starts at ``start``; of the base and the world their twist too."""
+        if len(self.way) == shared:
+            return
+        link = self.way[shared]
+        if link >= 0:
+            poses[link] = (quantities.tree.links[link].rotation.matrix(quantities.algebra), start)
+            return
+        R, _ = quantities.kinematics.pose(link)
+        poses[link], twists[link] = (R, minus(start, apply(R, self.place))), quantities.kinematics.twist(link)
 
     def beyond(self, quantities: Quantities, shared: int) -> list[Vector]:
         """Return the steps from there to the frame's origin, each in axes of its own."""
-        own = [self.place] if len(self.way) > shared and self.mount.link >= 0 else []
-        return [quantities.tree.links[link].position for link in self.way[shared + 1 :]] + own
+        if len(self.way) == shared or self.mount.link < 0:
+            return []
+        return [*(quantities.tree.links[link].position for link in self.way[shared + 1 :]), self.place]
 
-    def placed(self, quantities: Quantities, seen: LinkKinematics) -> Placed:
-        R, p = seen.pose(self.mount.link)
+    def placed(self, quantities: Quantities, shared: int, seen: LinkKinematics, start: Vector) -> Placed:
         turned = multiply(self.mount.orientation, quantities.algebra.matrix(self.frame.orientation))
+        R, p = seen.pose(self.mount.link)
+        if len(self.way) == shared or self.mount.link < 0:
+            return Placed(self.mount.link, multiply(R, turned), start)
         return Placed(self.mount.link, multiply(R, turned), plus(p, apply(R, self.place)))

@@ -161,10 +161,10 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
         if joint.type == "revolute":
             value = turned_past(quantities, target, pair.first, pair.second)
-            rows.append(Row(name, value, "1", magnitude((quantities.algebra.one, target)), pair.extent))
+            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.extent))
         else:
             value = quantities.coordinate(joint.name) - target
-            rows.append(Row(name, value, "m", magnitude((pair.size, target)), pair.extent))
+            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.extent))
     return rows
 
 

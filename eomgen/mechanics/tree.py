@@ -49,6 +49,7 @@ class Link:
     ----------
     kind : the elementary motion that carries it
     rotation, position : pose in the parent link's frame (base frame at the root), functions of q
+    neutral_position, travel : where its origin is at neutral coordinates, and how far they have moved it from there
     columns : motion subspace in this frame
     coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
@@ -65,6 +66,7 @@ class Link:
     rotation: Rotation
     orientation: Matrix
     neutral_position: Vector
+    travel: Vector
     position: Vector
     columns: tuple[Column, ...]
     coordinates: Coordinates

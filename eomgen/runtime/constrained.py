@@ -59,18 +59,19 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
     UsageError
         The model was built without the terms that constraints need.
     """
-    needed = ("mass", "constraint_velocity", "constraint_jacobian", "constraint_size")
-    missing = [name for name in needed if name not in model.functions]
+    needed = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+    able = model.having(needed)
+    missing = [name for name in needed if name not in able.functions]
     if missing:
         raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
 
     def at(name: str, **state: Array | float) -> Array:
-        return next(iter(model.evaluate(name, t=t, parameters=parameters, **state).values()))
+        return next(iter(able.evaluate(name, t=t, parameters=parameters, **state).values()))
 
     holonomic = model.functions.sizes["holonomic"]
 
     def sizes(q: Array, _: float) -> tuple[Array, Array]:
-        found = model.evaluate("constraint_size", q, t=t, parameters=parameters)
+        found = able.evaluate("constraint_size", q, t=t, parameters=parameters)
         return split_sizes(np.concatenate(list(found.values())), holonomic)
 
     equations = Constrained(
@@ -82,7 +83,7 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
         constraint=lambda q, _: at("constraint", q=q) if holonomic else np.zeros(0),
         velocity=lambda q, v, _: at("constraint_velocity", q=q, v=v),
         jacobian=lambda q, _: at("constraint_jacobian", q=q),
-        mass=lambda q: model.mass(q, parameters=parameters),
+        mass=lambda q: able.mass(q, parameters=parameters),
         sizes=sizes,
     )
     found = assemble(equations, q, v, t)

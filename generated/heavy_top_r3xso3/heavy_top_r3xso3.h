@@ -93,6 +93,12 @@ void heavy_top_r3xso3_constraint_bias(const real *q, const real *v, real *g);
  *   41 additions, 42 multiplications, 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint_jacobian(const real *q, real *B);
 
+/* what the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes
+ *   size [3]  what the magnitudes of the summands of each of Phi add up to, in its unit
+ *   extent [3]  way along the loop that each row closes, m
+ *   3 additions, 0 multiplications, 0 divisions, 3 functions */
+void heavy_top_r3xso3_constraint_size(const real *q, real *size, real *extent);
+
 /* left-trivialised partials in q of the constraints_ rates
  *   Z [3 x 6]  left-trivialised partials in q of the velocity rows
  *   117 additions, 126 multiplications, 0 divisions, 0 functions */

@@ -16,8 +16,8 @@ _GRAVITY = [0.0, 0.0, -9.81]
 #: What tests of motions need of a model; energies, outputs and the like would take most of the time of building.
 _TERMS = ("residual", "partials", "forward_dynamics", "mass")
 _CONSTRAINED = (
-    "mass", "residual", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "equations", "iteration",
-    "jacobian_values",
+    "mass", "residual", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size",
+    "equations", "iteration", "jacobian_values",
 )  # fmt: skip
 
 

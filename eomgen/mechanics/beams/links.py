@@ -16,7 +16,7 @@ from eomgen.scene.formula_nodes import Formula
 from eomgen.scene.joint import Joint
 from eomgen.scene.scene import Body, Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation
-from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.scalar import Scalar, minus
 
 
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
@@ -34,7 +34,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     still = Column(algebra.zero_vector, algebra.zero_vector)
     beam = Link(
         name=body.name, joint=joint, kind="elastic", parent=mount.link, rotation=Rotation((MatrixFactor(mount.orientation),)),
-        orientation=mount.orientation, neutral_position=mount.position, position=mount.position,
+        orientation=mount.orientation, neutral_position=mount.position, travel=algebra.zero_vector, position=mount.position,
         columns=(still,) * body.beam.size, coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a,
         inertia=cleaned(algebra, inertia), rotor_inertias=(algebra.zero,) * body.beam.size,
         elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
@@ -47,11 +47,12 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
         if moves(station):
             stations[body.name, x] = len(links)
             motion = station_motion(algebra, integrals.kinds, station, x, coordinates, shortens=body.beam.stiffening)
+            place = algebra.vector([x, 0.0, 0.0])
             links.append(
                 replace(
                     beam, name=f"{body.name} at x = {x:g}", kind="station", parent=first, rotation=motion.rotation,
-                    orientation=algebra.identity, neutral_position=algebra.vector([x, 0.0, 0.0]), position=motion.position,
-                    columns=motion.columns, inertia=no_inertia(algebra), elastic=None, station=motion,
+                    orientation=algebra.identity, neutral_position=place, travel=minus(motion.position, place),
+                    position=motion.position, columns=motion.columns, inertia=no_inertia(algebra), elastic=None, station=motion,
                 )
             )  # fmt: skip
     mounts = {**tree.mounts, body.name: Mount(first, algebra.identity, algebra.zero_vector)}
