@@ -130,7 +130,7 @@ def _input_of(output: str) -> str:
 
 def _terms(scene: Scene) -> list[str]:
     """Return what equilibrium and linear model need, with constraints or without."""
-    terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs"]
+    terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs", "poses"]
     terms += ["internal_rate", "internal_partials"] if scene.states else []
     rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
     return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials"]
@@ -163,7 +163,9 @@ def _one(
         outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base)
         signals = next(iter(outputs.values()))[rows]
         found |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
-    return found, f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {said}"
+    doubts = [] if rest is None else rest.doubts(any_kind=True)
+    what = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {said}"
+    return found, "; ".join((what, *doubts))
 
 
 def _check_reference(linear: Linearization) -> None:

@@ -60,7 +60,7 @@ def _terms_at_rest(scene: Scene) -> list[str]:
     """Return what static equilibrium and a consistent start need, with constraints or without."""
     kinematic = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
     internal = ["internal_rate", "internal_partials"] if scene.states else []
-    return ["mass", "residual", "partials", *kinematic, *internal]
+    return ["mass", "residual", "partials", "poses", *kinematic, *internal]
 
 
 def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:

@@ -68,5 +68,6 @@ def _described(model: Model, found: Equilibrium) -> dict[str, Any]:
         "frequencies": found.frequencies.tolist(),
         "stable": found.stable,
         "undetermined": list(found.undetermined),
+        "notes": list(found.notes),
         "message": found.message,
     }

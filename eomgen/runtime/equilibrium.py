@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.integrators.statics import SOFT, Point, Search, Statics, descend, examine, newton
+from eomgen.integrators.newton_path import follow_newton
+from eomgen.integrators.settling import settle
+from eomgen.integrators.statics import SOFT, Point, Search, Statics, examine
+from eomgen.lie.product import difference
 from eomgen.runtime.initial import initial_state
+from eomgen.runtime.rest_notes import SAME, Places, rest_notes
 from eomgen.runtime.run_settings import number_of
 from eomgen.runtime.terms import Inputs, Parameters
 
@@ -19,6 +24,11 @@ if TYPE_CHECKING:
     from eomgen.runtime.model import Model
 
 Array = NDArray[np.float64]
+_ELSEWHERE = "it is not where a damped motion"
+#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at once.
+_SLOWER = (1.0, 100.0)
+#: Places where a damped motion lingers from which Newton's path is followed, too.
+_LINGERING = 4
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
 
@@ -41,6 +51,7 @@ class Equilibrium:
     undetermined : components of v along which nothing pulls back
     message : all of this in one sentence
     base : (19,) state of the base, held where it is at t; None where it is the world
+    notes : what is doubtful: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
     """
 
     q: Array
@@ -56,11 +67,16 @@ class Equilibrium:
     undetermined: Sequence[str]
     message: str
     base: Array | None = None
+    notes: Sequence[str] = ()
 
     @property
     def initial(self) -> dict[str, Array]:
         """The state as ``simulate(initial=...)`` takes it."""
         return {"q": self.q, "v": self.v} | ({"z": self.z} if len(self.z) else {})
+
+    def doubts(self, *, any_kind: bool) -> list[str]:
+        """Return the notes; where equilibria of any kind were asked for, it is no doubt that a motion settles elsewhere."""
+        return [note for note in self.notes if not (any_kind and note.startswith(_ELSEWHERE))]
 
 
 def equilibrium(
@@ -72,10 +88,14 @@ def equilibrium(
     *,
     any_kind: bool = False,
 ) -> Equilibrium:
-    """Return a state of rest near the initial one, with the base held where it is at t.
+    """Return the nearest state of rest, with the base held where it is at t.
 
-    Without ``any_kind`` the search runs downhill to a stable equilibrium, also from an unstable one; with it, to the nearest,
-    stable or not. Dampers and regularised friction do not act at rest.
+    Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium, also from an
+    unstable one. With it, it is the nearest of any kind that was found, distances being measured by the kinetic energy that gets
+    there in unit time: candidates are where the damped motion settles, and where Newton's path leads from the initial state and
+    from places where the damped motion lingers. Where no damped motion settles, Newton's equilibrium is returned. ``notes`` say
+    where that differs from where the damped motion settles, and name springs and tyres that are inside out at rest, and ways that
+    are longer than the scene. Dampers and regularised friction do not act at rest.
 
     Parameters
     ----------
@@ -106,7 +126,8 @@ def equilibrium(
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
     start = initial_state(model, initial, p)
-    statics = _statics(model, p, time, u)
+    places = Places(model, p, time, held_base(model, p, time))
+    statics = _statics(model, places, start.q, u)
     try:
         first = examine(statics, start.q, start.z)
     except np.linalg.LinAlgError:
@@ -114,23 +135,69 @@ def equilibrium(
         raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
     if not first.finite:
         raise _not_finite(model, first)
-    searches = (newton, descend) if any_kind else (descend, newton)
-    failed = []
-    for search in searches:
+    settled = _settled(statics, start.q, start.z)
+    others = [] if settled.balanced and not any_kind else _by_newton(statics, start.z, settled)
+    found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
+    if found is None:
+        raise _failure(model, statics, settled)
+    notes = _elsewhere(model, statics, found, settled) + rest_notes(places, found.path, u)
+    return _result(model, statics, found, time, places.base, notes)
+
+
+def _settled(statics: Statics, q: Array, z: Array) -> Search:
+    """Return where a damped motion settles; where internal states do not let it, with states that follow ever more slowly."""
+    found = Search(examine(statics, q, z), False, 0)
+    for slower in _SLOWER if len(z) else (1.0,):
         try:
-            found = search(statics, start.q, start.z)
+            found = settle(statics, q, z, slower)
         except np.linalg.LinAlgError:
             continue
         if found.balanced:
-            return _result(model, found, time, held_base(model, p, time))
-        failed.append(found)
-    raise _failure(model, failed[0] if failed else Search(first, False, 0))
+            break
+    return found
 
 
-def _statics(model: Model, p: Array, t: float, u: Inputs) -> Statics:
-    """Return the model at rest, its base held where it is at t."""
-    rest, rows = np.zeros(model.nv), len(model.multipliers)
-    given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
+def _by_newton(statics: Statics, z: Array, settled: Search) -> list[Search]:
+    """Return where Newton's path leads from the start, and from where the motion lingers on the way to rest."""
+    path = [*settled.path, settled.point.q]
+    forces = [examine(statics, q, z).force for q in path] if not len(z) else []
+    slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
+    found = []
+    for k in (0, *slow[:_LINGERING]):
+        try:
+            search = follow_newton(statics, path[k], z)
+        except np.linalg.LinAlgError:
+            continue
+        found.append(replace(search, path=[*path[:k], *search.path]))
+    return found
+
+
+def _distance(statics: Statics, search: Search) -> float:
+    """Return the kinetic distance between start and rest, in m kg^(1/2)."""
+    start = search.path[0]
+    way = difference(statics.factors, start, search.point.q)
+    return float(np.sqrt(way @ statics.mass(start) @ way))
+
+
+def _elsewhere(model: Model, statics: Statics, found: Search, settled: Search) -> list[str]:
+    """Say so where a damped motion from the start settles elsewhere, or does not settle."""
+    if found is settled:
+        return []
+    if not settled.balanced:
+        return ["whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"]
+    off = difference(statics.factors, found.point.q, settled.point.q)
+    k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
+    if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
+        return []
+    unit = model.v_units[k].removesuffix("/s")
+    where = f"{off[k]:.4g} {unit} from here along {model.v_names[k].removeprefix('v.')}"
+    return [f"{_ELSEWHERE} from the start settles, which is {where}"]
+
+
+def _statics(model: Model, places: Places, q: Array, u: Inputs) -> Statics:
+    """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the start."""
+    rest, rows, p = np.zeros(model.nv), len(model.multipliers), places.p
+    given: dict[str, Any] = {"t": places.t, "parameters": p, "base": places.base}
     forces = given | {"u": u}
     holonomic = model.functions.sizes["holonomic"]
 
@@ -154,7 +221,10 @@ def _statics(model: Model, p: Array, t: float, u: Inputs) -> Statics:
         stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
         rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
-        followed=lambda q: model._terms.followed(q, t, p, given["base"]),
+        followed=lambda q: model._terms.followed(q, places.t, p, places.base),
+        length=places.length(q),
+        gravity=places.gravity(),
+        total=places.mass(),
     )
 
 
@@ -167,11 +237,13 @@ def held_base(model: Model, p: Array, t: float) -> Array | None:
     return base
 
 
-def _result(model: Model, found: Search, t: float, base: Array | None) -> Equilibrium:
+def _result(
+    model: Model, statics: Statics, found: Search, t: float, base: Array | None, notes: Sequence[str]
+) -> Equilibrium:
     point = found.point
     scale = point.largest_stiffness
     values, vectors = np.linalg.eigh(point.symmetric)
-    soft = np.abs(values) <= max(1e2 * SOFT * scale, 1e-12)
+    soft = np.abs(values) <= max(1e2 * SOFT * scale, _no_stiffness(statics))
     directions = point.basis @ vectors
     undetermined = _components(model, directions[:, soft])
     skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0))
@@ -189,9 +261,10 @@ def _result(model: Model, found: Search, t: float, base: Array | None) -> Equili
         message += "; whether it is stable was not examined, for stiffness alone does not decide it"
     if undetermined:
         message += f"; nothing determines {_few(undetermined)}"
+    message = "; ".join((message, *notes))
     return Equilibrium(
         point.q, np.zeros(model.nv), point.z, point.lam, t, residual, acceleration, found.steps, frequencies, stable,
-        tuple(undetermined), message, base,
+        tuple(undetermined), message, base, tuple(notes),
     )  # fmt: skip
 
 
@@ -214,7 +287,12 @@ def _not_finite(model: Model, point: Point) -> NumericalError:
     return NumericalError(Problem("equilibrium", f"{where} is not a finite number at the initial state", hint))
 
 
-def _failure(model: Model, search: Search) -> NumericalError:
+def _no_stiffness(statics: Statics) -> float:
+    """Return what counts as no stiffness, (rad/s)^2: round-off of a pendulum's as long as the scene."""
+    return SOFT * statics.gravity / statics.length
+
+
+def _failure(model: Model, statics: Statics, search: Search) -> NumericalError:
     """Say why there is no equilibrium: nothing holds a coordinate, or the search did not end."""
     point, steps = search.point, search.steps
     acceleration = point.acceleration
@@ -222,7 +300,7 @@ def _failure(model: Model, search: Search) -> NumericalError:
     unit = model.v_units[k].replace("/s", "/s^2") if model.v_units else ""
     if point.finite and len(point.imbalance):
         _, sizes, directions = np.linalg.svd(point.stiffness)  # moving along a direction of size 0 changes no force
-        soft = sizes <= max(1e-9 * point.largest_stiffness, 1e-12)
+        soft = sizes <= max(1e-9 * point.largest_stiffness, _no_stiffness(statics))
         pull = point.basis @ (directions[soft].T @ (directions[soft] @ point.imbalance))
         if np.any(soft) and np.max(np.abs(pull)) > 1e-3 * np.max(np.abs(acceleration)):
             k = int(np.argmax(np.abs(pull)))
@@ -230,7 +308,7 @@ def _failure(model: Model, search: Search) -> NumericalError:
             what = f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness opposes it"
             return NumericalError(Problem("equilibrium", what, "a spring, a stop, a constraint, or a fixed joint"))
     violation = float(np.max(np.abs(point.violation), initial=0.0))
-    if violation > 1e-8:
+    if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
         what = f"the constraints are off by {violation:.3g} after {steps} steps"
         return NumericalError(Problem("equilibrium", what, "an initial state nearer to assembly"))
     what = f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g} {unit}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
@@ -77,7 +78,7 @@ class Setting:
 
 def terms_needed(model: Model) -> list[str]:
     """Return the terms from which linear models and the states they are about are made."""
-    terms = ["mass", "residual", "partials", "linearization"]
+    terms = ["mass", "residual", "partials", "linearization", "poses"]
     if model.multipliers:
         terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
         terms += ["velocity_partials", "acceleration_partials"]
@@ -260,7 +261,11 @@ def _found_state(
                 raise
     if at in (None, "equilibrium"):
         try:
-            return _resting("equilibrium", model.equilibrium(*where, any_kind=any_kind), setting)
+            found = model.equilibrium(*where, any_kind=any_kind)
+            if doubts := found.doubts(any_kind=any_kind):
+                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(doubts)}"
+                warnings.warn(what, RuntimeWarning, stacklevel=5)
+            return _resting("equilibrium", found, setting)
         except (NumericalError, ModelError):
             if at == "equilibrium":
                 raise

@@ -107,8 +107,10 @@ def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: 
     return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
 
 
-def start_of(run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool) -> tuple[InitialState, list[str]]:
-    """Return the state a run starts from, and one sentence for each thing that was changed in the one that was asked for.
+def start_of(
+    run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool
+) -> tuple[InitialState, list[str], list[str]]:
+    """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is doubtful of it.
 
     Parameters
     ----------
@@ -117,14 +119,16 @@ def start_of(run: Run, initial: Mapping[str, Any] | None, *, settled: bool, chan
     """
     model, p, t = run.model, run.parameters, run.start
     state, sentences = initial_state(model, initial, p), []
+    doubts: list[str] = []
     if settled:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
         found = model.equilibrium({"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
+        doubts = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (settled or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
         state, sentences = InitialState(consistent.q, consistent.v, state.z), sentences + consistent.corrections()
-    return state, sentences
+    return state, sentences, doubts
 
 
 def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:

@@ -155,7 +155,7 @@ def simulate(
     )
     run = Run(model, name, stepped_by, chosen, p, signals, steps, every, t_first, end)
     settled = _settled(start, initial is not None, defaults)
-    state, corrections = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
+    state, corrections, at_rest = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
     begun = words_of_start(settled=settled, given=bool(initial), chosen=start, of_scene=str(defaults["start"]))
     run = replace(run, corrections=corrections, begun=begun)
 
@@ -182,7 +182,7 @@ def simulate(
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
     solution = replace(solution, metadata={**solution.metadata, "notes": notes})
-    for fault in filter(None, [*faults, *outside]):
+    for fault in filter(None, [*faults, *outside, *at_rest]):
         solution = replace(solution, message=f"{solution.message}; {fault}")
     return solution
 

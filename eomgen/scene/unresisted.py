@@ -42,6 +42,11 @@ def unresisted_motions(
     sections : mapping
         The section of each body.
     """
+    with np.errstate(over="ignore", invalid="ignore"):  # masses at the end of what doubles hold are refused elsewhere
+        return _motions(joints, inertias, sections, values)
+
+
+def _motions(joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values) -> list[str]:
     rng = np.random.default_rng(0)
     held = led_or_following(joints, values)
     own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
@@ -52,10 +57,10 @@ def unresisted_motions(
     for joint in reversed(joints):
         rotation, shift, S = _moved(joint, values, rng)
         position = np.array([values.value(entry) for entry in joint.position]) + np.array(joint.orientation) @ shift
-        X = _twist_transform(np.array(joint.orientation) @ rotation, position)
-        if not np.all(np.isfinite(X)):
-            return []  # said elsewhere
         inertia, body = articulated[joint.child], joint.child
+        X = _twist_transform(np.array(joint.orientation) @ rotation, position)
+        if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
+            return []  # said elsewhere
         answer = np.zeros((S.shape[1], 6))
         if S.shape[1] and joint.name not in held:
             rotors = np.diag([values.value(formula) for formula in joint.each(joint.rotor_inertia)])
