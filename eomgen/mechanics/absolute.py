@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.coordinates import own_coordinates
 from eomgen.mechanics.formulas import record
-from eomgen.mechanics.joints import columns_of, pose_of
+from eomgen.mechanics.joints import IDENTITY, Motion, columns_of, pose_of
 from eomgen.mechanics.rigid_body import Inertia, inertia_about_center
 from eomgen.mechanics.tree import (
     CARRIER,
@@ -127,11 +127,12 @@ def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, ine
 def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor)
-    rotation, position = pose_of(algebra, kind, units, zero, units, algebra.zero_vector, coordinates.q)
+    motion = Motion(kind, IDENTITY if kind == "prismatic" else (), tuple(range(factor.v_size)))
+    rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
     joint = Joint(factor.name, "free" if kind != "spherical" else "spherical", BASE, name)
     link = Link(
         name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
-        neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, kind, units, zero),
+        neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, motion, zero),
         coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
         rotor_inertias=(zero,) * factor.v_size, balanced=kind == "spherical",
     )  # fmt: skip

@@ -12,6 +12,7 @@ from eomgen.mechanics.formulas import record
 from eomgen.mechanics.joints import quaternion_matrix
 from eomgen.mechanics.motion import BaseMotion
 from eomgen.scene.formula_nodes import Formula, Symbol
+from eomgen.scene.rotation import coordinate_axis
 from eomgen.scene.scene import Base, Scene
 from eomgen.symbolic.derivatives import jacobian_vector
 from eomgen.symbolic.rotation import PlanarFactor
@@ -82,7 +83,7 @@ def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> lis
     for rotation in base.rotations:
         axis = algebra.vector(rotation.axis)
         angle, rate, acceleration = _rates(algebra, rotation.angle, resolve)
-        turn = _about(algebra, axis, angle)
+        turn = _about(algebra, rotation.axis, angle)
         carried = apply(transpose(turn), omega)
         alpha = plus(apply(transpose(turn), alpha), plus(cross(carried, scaled(rate, axis)), scaled(acceleration, axis)))
         omega = plus(carried, scaled(rate, axis))
@@ -104,12 +105,12 @@ def _rates(algebra: Algebra, formula: Formula, resolve: object) -> tuple[Scalar,
     return value, Scalar(algebra.tape, first[0]), Scalar(algebra.tape, second[0])
 
 
-def _about(algebra: Algebra, axis: Vector, angle: Scalar) -> Matrix:
-    """Return the rotation about a constant unit axis (Rodrigues); coordinate axes stay planar."""
+def _about(algebra: Algebra, axis: Sequence[float], angle: Scalar) -> Matrix:
+    """Return the rotation about a constant unit axis (Rodrigues); about a coordinate axis it stays planar."""
     cosine, sine = algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle)
-    for k in range(3):
-        if axis[k].constant in (1.0, -1.0):
-            return PlanarFactor(k, cosine, sine * (axis[k].constant or 0.0)).matrix
+    coordinate = coordinate_axis(axis)
+    if coordinate is not None:
+        return PlanarFactor(coordinate.place, cosine, sine * coordinate.sense).matrix
     versine = 1.0 - cosine
     skewed = ((0, -1, 1), (1, 0, -1), (-1, 1, 0))
     rows = []

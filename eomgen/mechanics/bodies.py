@@ -1,22 +1,30 @@
-"""Poses and twists of all bodies in the world, for output: quaternions multiplied along the tree, so their sign never jumps."""
+"""Poses and twists of all bodies in the world, for output: quaternions multiplied along the tree, so their sign never jumps.
+
+Their sign at neutral coordinates is that of the joints' orientations, multiplied in the same way. It does not depend on how the
+frames of links are chosen, which are turned against the bodies' where axes are skew.
+"""
 
 from __future__ import annotations
 
 import math
 
+from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
-from eomgen.lie.rotations import exponential
 from eomgen.mechanics.base import quaternion_product
-from eomgen.mechanics.joints import TURNING
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.tree import CARRIER, ROOT, Link, Tree
-from eomgen.scene.scene import Scene
+from eomgen.scene.rotation import ALIKE, first_near
+from eomgen.scene.scene import BASE, Scene
 from eomgen.symbolic.scalar import Matrix, Scalar, apply, cross, plus, transpose
 from eomgen.symbolic.tape import Op
 
 
 def constant_quaternion(R: Matrix) -> list[float]:
-    """Return the unit quaternion (w, x, y, z), w >= 0, of a constant rotation matrix (Shepperd's largest-component rule)."""
+    """Return the unit quaternion (w, x, y, z) of a constant rotation matrix (Shepperd's largest-component rule).
+
+    Its w is positive; of half a turn, which has none, the first of its largest components is, and so it is for turns by a little
+    less or more: poses do not change their signs there.
+    """
     m = [[entry.constant or 0.0 for entry in row] for row in R]
     squares = [
         1.0 + m[0][0] + m[1][1] + m[2][2],
@@ -33,7 +41,9 @@ def constant_quaternion(R: Matrix) -> list[float]:
     quaternion = [
         squares[largest] * scale if k == largest else pairs[min(k, largest), max(k, largest)] * scale for k in range(4)
     ]
-    sign = -1.0 if quaternion[0] < 0 else 1.0
+    sizes = [abs(part) for part in quaternion]
+    leading = 0 if sizes[0] > ALIKE else first_near(sizes, max(sizes))
+    sign = -1.0 if quaternion[leading] < 0.0 else 1.0
     return [sign * part for part in quaternion]
 
 
@@ -41,7 +51,7 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
     algebra = tree.algebra
     constant = [algebra.scalar(part) for part in constant_quaternion(link.orientation)]
     q = link.coordinates.q
-    if link.kind in TURNING:
+    if link.turn is not None:
         half = q[0] * 0.5
         sine = algebra.call(Op.SIN, half)
         axis = link.columns[0].angular
@@ -50,7 +60,7 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
         return constant
     if link.station is not None:
         on_tape = TapeAlgebra(algebra.tape)
-        return quaternion_product(constant, [on_tape.scalar(part) for part in exponential(on_tape, link.station.angle)])
+        return quaternion_product(constant, [on_tape.scalar(part) for part in rotations.exponential(on_tape, link.station.angle)])
     return quaternion_product(constant, list(q[:4]))
 
 
@@ -64,14 +74,36 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     for link in tree.links:
         above = root if link.parent == ROOT else of_links[link.parent]
         of_links.append(quaternion_product(above, _joint_quaternion(tree, link)))
+    mounted = _mounted(scene, tree)
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
         above = {ROOT: root, CARRIER: carrier}[mount.link] if mount.link < 0 else of_links[mount.link]
-        constant = [algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
-        values += quaternion_product(above, constant)
+        values += quaternion_product(above, [algebra.scalar(part) for part in mounted[body.name]])
         values += kinematics.origin(body.name)
     return values
+
+
+def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
+    """Return the constant quaternion of each body in its link, with the sign that the orientations of joints give to its pose."""
+    neutral: list[list[float]] = []
+    for link in tree.links:
+        own = constant_quaternion(link.orientation)
+        neutral.append(own if link.parent == ROOT else rotations.quaternion_product(neutral[link.parent], own))
+    wanted = {BASE: [1.0, 0.0, 0.0, 0.0]}
+    mounted: dict[str, list[float]] = {}
+    for body, joint in zip(scene.bodies, scene.joints, strict=True):
+        mount = tree.mounts[body.name]
+        own = constant_quaternion(mount.orientation)
+        found = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
+        if scene.coordinates == "absolute" and joint.type != "fixed":
+            wanted[body.name] = found  # a coordinate of its own
+        else:
+            placed = constant_quaternion(tree.algebra.matrix(joint.orientation))
+            wanted[body.name] = rotations.quaternion_product(wanted[joint.parent], placed)
+        along = sum(x * y for x, y in zip(found, wanted[body.name], strict=True))
+        mounted[body.name] = [-part for part in own] if along < 0.0 else own
+    return mounted
 
 
 def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:

@@ -38,14 +38,14 @@ def grouped(tree: Tree) -> Tree:
 
 def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
     zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
+    if link.turn is not None:
+        k = link.turn.place
+        along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
+        second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
+        if link.kind != "revolute":
+            return Inertia(zero, algebra.zero_vector, second)
+        return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
     match link.kind:
-        case "revolute" | "helical":
-            k = next(axis for axis in range(3) if not link.columns[0].angular[axis].is_zero)
-            along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
-            second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
-            if link.kind != "revolute":
-                return Inertia(zero, algebra.zero_vector, second)
-            return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
         case "prismatic":
             return Inertia(zero, algebra.zero_vector, inertia.second)
         case "spherical":

@@ -93,12 +93,11 @@ def _link(
 ) -> Link:  # fmt: skip
     """Return the link that one elementary motion of a joint carries."""
     own = coordinates.of(motion)
-    axes = [algebra.vector(axis) for axis in motion.axes]
-    rotation, moved_to = pose_of(algebra, motion.kind, axes, pitch, orientation, position, own.q)
-    _, travel = pose_of(algebra, motion.kind, axes, pitch, orientation, algebra.zero_vector, own.q)
+    rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
+    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, own.q)
     return Link(
         name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,
-        neutral_position=position, travel=travel, position=moved_to, columns=columns_of(algebra, motion.kind, axes, pitch),
+        neutral_position=position, travel=travel, position=moved_to, columns=columns_of(algebra, motion, pitch),
         coordinates=own, velocities=own.v, accelerations=own.a, inertia=inertia,
-        rotor_inertias=tuple(rotors[k] for k in motion.components),
+        rotor_inertias=tuple(rotors[k] for k in motion.components), turn=motion.turn,
     )  # fmt: skip

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
+import numpy as np
 import sympy
 
 from eomgen.scene.joint import SIZES, Joint
+from eomgen.scene.rotation import CoordinateAxis, coordinate_axis, frame_about, rows
 from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
 from eomgen.symbolic.tape import Op
 
 Direction = tuple[float, float, float]
-_IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 #: Groups of joints whose coordinates are not plain numbers.
 GROUPS = {"spherical": "SO3", "free": "SE3"}
 
 #: Elementary motions that turn about one axis.
-TURNING = frozenset({"revolute", "helical"})
+_TURNING = frozenset({"revolute", "helical"})
+
+#: How many of a joint's axes are turned about, of axis and second axis.
+_TURNED_ABOUT = {"revolute": 1, "helical": 1, "cylindrical": 1, "planar": 1, "universal": 2}
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,11 @@ class Motion:
     kind: str
     axes: tuple[Direction, ...]
     components: tuple[int, ...]
+
+    @property
+    def turn(self) -> CoordinateAxis | None:
+        """The coordinate axis of the links that it turns about; None for motions that do not turn about one axis."""
+        return coordinate_axis(self.axes[0]) if self.kind in _TURNING else None
 
 
 @dataclass(frozen=True)
@@ -96,14 +105,10 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
         then the axis of turning is the links' z, and where there are two axes, both are coordinate axes
     motions : with axes in link axes; none for a fixed joint
     """
-    axis, second, axes = joint.axis, joint.second_axis, _IDENTITY
-    if joint.type in ("universal", "planar"):
-        turning = (axis, second) if joint.type == "universal" else (axis,)
-        if not all(_exact(direction) for direction in turning):
-            axes = tuple(zip(second, perpendicular(axis, second), axis, strict=True))
-            axis, second = _IDENTITY[2], _IDENTITY[0]
-    elif joint.type in ("revolute", "helical", "cylindrical") and not _exact(axis):
-        axes, axis = aligning_turn(axis), _IDENTITY[2]
+    axis, second, axes = joint.axis, joint.second_axis, IDENTITY
+    turned_about = _TURNED_ABOUT.get(joint.type, 0)
+    if None in map(coordinate_axis, (axis, second)[:turned_about]):
+        axes, axis, second = frame_of(joint), IDENTITY[2], IDENTITY[0]
     components = tuple(range(SIZES[joint.type][1]))
     match joint.type:
         case "fixed":
@@ -121,8 +126,11 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
             return axes, (Motion(joint.type, (axis,), components),)
 
 
-def _exact(axis: Direction) -> bool:
-    return any(abs(component) == 1.0 for component in axis)
+def frame_of(joint: Joint) -> tuple[Direction, ...]:
+    """Return, in the child's axes, a frame whose z is the joint's axis; its x is the second axis of a joint that has one."""
+    if joint.type in ("universal", "planar"):
+        return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
+    return rows(frame_about(np.array(joint.axis)))
 
 
 def perpendicular(a: Direction, b: Direction) -> Direction:
@@ -130,21 +138,11 @@ def perpendicular(a: Direction, b: Direction) -> Direction:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def aligning_turn(axis: Direction) -> tuple[Direction, ...]:
-    """Return a constant rotation whose third column is ``axis``; exact for coordinate axes."""
-    smallest = min(range(3), key=lambda k: abs(axis[k]))
-    first = [-axis[smallest] * component for component in axis]
-    first[smallest] += 1.0
-    length = math.sqrt(sum(component * component for component in first))
-    x = [component / length for component in first]
-    y = [axis[1] * x[2] - axis[2] * x[1], axis[2] * x[0] - axis[0] * x[2], axis[0] * x[1] - axis[1] * x[0]]
-    return tuple((x[k], y[k], axis[k]) for k in range(3))
-
-
-def columns_of(algebra: Algebra, kind: str, axes: Sequence[Vector], pitch: Scalar) -> tuple[Column, ...]:
+def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column, ...]:
     """Return the motion subspace: about and along axes, or (spherical and free) in the link's own axes."""
     zero, units = algebra.zero_vector, algebra.identity
-    match kind:
+    axes = [algebra.vector(axis) for axis in motion.axes]
+    match motion.kind:
         case "revolute":
             return (Column(axes[0], zero),)
         case "prismatic":
@@ -158,31 +156,28 @@ def columns_of(algebra: Algebra, kind: str, axes: Sequence[Vector], pitch: Scala
 
 
 def pose_of(
-    algebra: Algebra, kind: str, axes: Sequence[Vector], pitch: Scalar, orientation: Matrix, position: Vector,
-    q: Sequence[Scalar],
-) -> tuple[Rotation, Vector]:  # fmt: skip
+    algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
+) -> tuple[Rotation, Vector]:
     """Return the pose of an elementary motion's frame in what carries it, at coordinates q.
 
     Parameters
     ----------
-    axes : the axis of turning, a coordinate axis up to sign; one or more unit vectors of prismatic motions, whose travels add up
     pitch : of helical motions, m/rad
     orientation, position : of the frame at neutral q
     """
     constant = MatrixFactor(orientation)
-    if kind == "prismatic":
-        for axis, travel in zip(axes, q, strict=True):
+    axes = [algebra.vector(axis) for axis in motion.axes]
+    if motion.kind == "prismatic":
+        for axis, travel in zip(axes, q, strict=True):  # travels along several axes add up
             position = plus(position, apply(orientation, scaled(travel, axis)))
         return Rotation((constant,)), position
-    if kind in TURNING:
-        axis = axes[0]
-        index = next(k for k in range(3) if not axis[k].is_zero)
-        angle = q[0] if axis[index].constant == 1.0 else -q[0]
-        turn = PlanarFactor(index, algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle))
-        if kind == "helical":
-            position = plus(position, apply(orientation, scaled(q[0] * pitch, axis)))
+    if motion.turn is not None:
+        angle = q[0] if motion.turn.sense > 0.0 else -q[0]
+        turn = PlanarFactor(motion.turn.place, algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle))
+        if motion.kind == "helical":
+            position = plus(position, apply(orientation, scaled(q[0] * pitch, axes[0])))
         return Rotation((constant, turn)), position
     turned = Rotation((constant, MatrixFactor(quaternion_matrix(algebra, list(q[:4])))))
-    if kind == "spherical":
+    if motion.kind == "spherical":
         return turned, position
     return turned, plus(position, apply(orientation, (q[4], q[5], q[6])))

@@ -10,7 +10,7 @@ from eomgen.mechanics.constraints import Row, rates_of, turned_past
 from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.frame_pairs import magnitude, placed
-from eomgen.mechanics.joints import Direction, aligning_turn, perpendicular
+from eomgen.mechanics.joints import Direction, frame_of, perpendicular
 from eomgen.mechanics.kinematics import Kinematics
 from eomgen.mechanics.quantities import Quantities
 from eomgen.mechanics.tree import Tree
@@ -36,9 +36,7 @@ def _frame(joint: Joint) -> tuple[Direction, ...]:
     """Return the axes of the constraint's frames in the child: z along the joint's axis, or x and y along both of them."""
     if joint.type == "universal":
         return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
-    if joint.type == "planar":
-        return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
-    return aligning_turn(joint.axis)
+    return frame_of(joint)
 
 
 def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tuple[tuple[float, float, float], ...]:

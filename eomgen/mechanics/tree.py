@@ -17,6 +17,7 @@ from eomgen.mechanics.coordinates import Coordinates
 from eomgen.mechanics.joints import Column
 from eomgen.mechanics.rigid_body import Inertia
 from eomgen.scene.joint import Joint
+from eomgen.scene.rotation import CoordinateAxis
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
@@ -57,6 +58,7 @@ class Link:
     balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
     elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
     station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
+    turn : the coordinate axis that it turns about, None where it does not turn about one axis
     """
 
     name: str
@@ -77,6 +79,7 @@ class Link:
     balanced: bool = False
     elastic: ElasticBody | None = None
     station: StationMotion | None = None
+    turn: CoordinateAxis | None = None
 
     @property
     def dofs(self) -> tuple[int, ...]:

@@ -20,6 +20,9 @@ Normalisation = Literal["natural", "mean_square", "unit"]
 #: Order in which the elastic coordinates of a beam come.
 KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "torsion")
 
+#: Of the length of a beam: what is this little beyond one of its ends is at that end.
+AT_END = 1e-6
+
 _ZERO: Formula = Number(0.0)
 _ONE: Formula = Number(1.0)
 
@@ -93,3 +96,11 @@ class Beam:
     def size(self) -> int:
         """Number of elastic coordinates."""
         return sum(item.modes for item in self.deformations)
+
+    def nearest(self, x: float) -> float:
+        """Return the place on the beam that is nearest to x."""
+        return min(max(x, self.start), self.start + self.length)
+
+    def is_beyond(self, x: float) -> bool:
+        """Return whether x is so far beyond an end that it is not at that end."""
+        return abs(x - self.nearest(x)) > AT_END * self.length

@@ -11,16 +11,15 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.beam import Beam, Deformation
+from eomgen.scene.beam import AT_END, Beam, Deformation
 from eomgen.scene.formula_nodes import ZERO
 from eomgen.scene.joint import Joint
 from eomgen.scene.names import key_of
 from eomgen.scene.report import Report
-from eomgen.scene.rotation import Array
+from eomgen.scene.rotation import ALIKE, Array
 from eomgen.scene.scene import Body
 from eomgen.scene.values import Values
 
-_PARALLEL = 1e-9
 #: Twist (rotation, translation) of the frame that the deflection and the slope of each deformation stand for.
 _DEFLECTION = {"bending_y": 4, "bending_z": 5, "stretch": 3, "torsion": 0}
 _SLOPE = {"bending_y": 2, "bending_z": 1}
@@ -60,7 +59,7 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
 
 
 def _is_held(twist: Array, free: Array) -> bool:
-    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > _PARALLEL)
+    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > ALIKE)
 
 
 def _hint(deformation: Deformation, beam: Beam) -> str:
@@ -72,7 +71,7 @@ def _hint(deformation: Deformation, beam: Beam) -> str:
 def _moved(deformation: Deformation, beam: Beam) -> list[int]:
     """Return the components of the twist with which the material at the frame's origin moves against the frame."""
     ends = deformation.ends if deformation.shapes in ("polynomial", "finite_elements") else deformation.shapes
-    first, last = beam.start >= 0.0, beam.start + beam.length <= 0.0
+    first, last = beam.start >= -AT_END * beam.length, beam.start + beam.length <= AT_END * beam.length
     held = (first and ends != "free_free") or (last and ends == "pinned_pinned")
     clamped = first and ends == "clamped_free"
     found = [] if held else [_DEFLECTION[deformation.kind]]
@@ -95,7 +94,7 @@ def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, B
         turned = turned @ np.array(parent.orientation).T
         parent = carried.get(parent.parent)
     vectors, sizes, _ = np.linalg.svd(np.hstack(columns))
-    return np.asarray(vectors[:, : int(np.sum(sizes > _PARALLEL))])
+    return np.asarray(vectors[:, : int(np.sum(sizes > ALIKE))])
 
 
 def _motions(joint: Joint) -> Array:

@@ -17,8 +17,6 @@ from eomgen.scene.names import key_of
 from eomgen.scene.scene import Body, Point
 from eomgen.scene.values import Values
 
-_BEYOND = 1e-9  # of the length: what rounding may add
-
 
 def check_places(
     bodies: Mapping[str, Body],
@@ -53,7 +51,8 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
         what = f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated once"
         values.report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
         return
-    x, end = values.value(along), beam.start + beam.length
-    if x < beam.start - _BEYOND * beam.length or x > end + _BEYOND * beam.length:
-        what = f"x = {x:.6g} m is beyond the beam {name}, which goes from {beam.start:.6g} m to {end:.6g} m"
+    x = values.value(along)
+    if beam.is_beyond(x):
+        reach = f"{beam.start:.6g} m to {beam.start + beam.length:.6g} m"
+        what = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach}"
         values.report.add(f"{key}[0]", what, "a place on the beam, or a body fixed to its end")

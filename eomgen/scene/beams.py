@@ -204,13 +204,13 @@ def _deformation(
         at, amount, inertia = (
             values.constant(f"{key}.masses[{place}].{field}", getattr(mass, field)) for field in ("at", "mass", "inertia")
         )
-        if not math.isnan(at) and not start <= at <= end:
+        if beam.is_beyond(at):
             what = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
             values.report.add(f"{key}.masses[{place}].at", what, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
                 values.report.add(f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative", "0 or more")
-        masses.append((at, amount / unit_mass, inertia / unit_mass))
+        masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
     return Deformation(
         kind=kind,
         shapes=given.shapes,

@@ -85,8 +85,8 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
         report.add(f"{key}.{field}", f"{field} is parallel to axis", "a direction across it")
         return neutral
-    first = frame_about(axis, second)[:, 0]
-    return (float(axis[0]), float(axis[1]), float(axis[2])), (float(first[0]), float(first[1]), float(first[2]))
+    (x, _, z) = rows(frame_about(axis, second).T)
+    return z, x
 
 
 def _coefficients(key: str, field: str, joint: written.Joint, values: Values) -> Coefficients:
@@ -125,11 +125,12 @@ def _orientation(key: str, joint: written.Joint, values: Values) -> tuple[tuple[
     if joint.orientation is not None and joint.rotation is not None:
         values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
     if joint.orientation is not None:
-        matrix = snapped_rotation(np.array(joint.orientation))
-        if not is_rotation(matrix):
-            what = "the matrix is not a rotation: orthonormal and right-handed to 1e-9"
-            values.report.add(f"{key}.orientation", what, "rotation")
-        return rows(matrix)
+        matrix = np.array(joint.orientation)
+        if is_rotation(matrix):
+            return rows(snapped_rotation(matrix))
+        what = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
+        values.report.add(f"{key}.orientation", what, "rotation")
+        return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", joint.rotation or ()) or []))
 
 

@@ -1,19 +1,48 @@
 """Constant rotations: from axis and angle, roll-pitch-yaw and quaternions, with right angles made exact.
 
 A matrix maps the rotated frame's axes to the fixed frame's; sequences are intrinsic, in order.
+
+What is near a coordinate axis or a right angle is decided here and nowhere else. Within ``SNAP`` it is made exact, which
+changes what is computed by no more than that; beyond, it is a direction like any other. Where a frame has to be chosen, the
+choice is the same for directions that differ by less than ``ALIKE``: it does not change where an axis is a little off a
+coordinate axis, or off a diagonal between two of them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 SNAP = 1e-10
+#: Components of unit vectors and quaternions that differ by less say the same.
+ALIKE = 1e-6
 _ORTHONORMAL = 1e-14
+
+
+class CoordinateAxis(NamedTuple):
+    """A coordinate axis, 0 to 2, and which way along it, 1 or -1."""
+
+    place: int
+    sense: float
+
+
+def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
+    """Return the coordinate axis that a unit vector is; None where it is none, however near to one.
+
+    A component of 1.0 says nothing: (1e-9, 0, 1) has length one in double precision.
+    """
+    along = [k for k in range(3) if axis[k] != 0.0]
+    return CoordinateAxis(along[0], math.copysign(1.0, axis[along[0]])) if len(along) == 1 else None
+
+
+def first_near(values: Sequence[float], wanted: float) -> int:
+    """Return the place of the first value that is ``wanted`` within ``ALIKE``."""
+    return next(place for place, value in enumerate(values) if abs(value - wanted) <= ALIKE)
 
 
 def snapped(entries: Array) -> Array:
@@ -71,11 +100,13 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
     Parameters
     ----------
     x_axis : (3,) array, optional
-        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when omitted.
+        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when omitted, the
+        first of those that are equally far.
     """
-    wanted = np.eye(3)[int(np.argmin(np.abs(axis)))] if x_axis is None else x_axis
+    sizes = np.abs(axis)
+    wanted = np.eye(3)[first_near(sizes.tolist(), sizes.min())] if x_axis is None else x_axis
     across = wanted - (wanted @ axis) * axis
-    first = snapped(across / np.linalg.norm(across))
+    first = across / np.linalg.norm(across)
     return snapped_rotation(np.column_stack([first, np.cross(axis, first), axis]))
 
 
@@ -105,8 +136,10 @@ def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, floa
 
 
 def is_rotation(matrix: Array) -> bool:
-    """Tell whether a matrix is orthonormal and right-handed to 1e-9."""
-    return bool(np.max(np.abs(matrix @ matrix.T - np.eye(3))) <= 1e-9 and np.linalg.det(matrix) > 0.0)
+    """Tell whether a matrix is orthonormal and right-handed, to 1e-6."""
+    if not np.max(np.abs(matrix)) <= 1.0 + ALIKE:  # before squares of large numbers overflow
+        return False
+    return bool(np.max(np.abs(matrix @ matrix.T - np.eye(3))) <= ALIKE and np.linalg.det(matrix) > 0.0)
 
 
 def rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
