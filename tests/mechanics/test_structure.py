@@ -6,110 +6,176 @@ Zeros, ones and coordinate axes make operations cheap, so code asks for them; a 
 
 from __future__ import annotations
 
+import itertools
+import math
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from eomgen.errors import EomgenError
+from eomgen.mechanics.bodies import constant_quaternion
 from eomgen.mechanics.derive import derive
 from eomgen.scene.assemble import from_data
+from eomgen.scene.joint import JointType
+from eomgen.scene.rotation import coordinate_axis, frame_about, unit_axis
+from eomgen.scene.urdf import load_urdf
 from eomgen.symbolic.evaluate import evaluate
-from tests.oracles.evaluation import Array
+from eomgen.symbolic.scalar import Algebra
+from eomgen.symbolic.tape import Tape
+from tests.oracles.almost import ROUNDING, SHIFTS, TERMS, Compared, change, computed
 from tests.oracles.states import random_states
-from tests.oracles.written_scenes import Data, Place, shifted, structure
+from tests.oracles.written_scenes import Data, structured_scene
 
-TERMS = (
-    "mass", "coupling", "force", "base_motion", "inverse_dynamics", "forward_dynamics", "residual", "partials", "constraint",
-    "constraint_velocity", "constraint_bias", "constraint_jacobian", "poses", "twists", "accelerations", "jacobians", "elastic",
-    "outputs", "energy",
-)  # fmt: skip
-
-SHIFTS = (1e-13, 1e-11, 9e-11, 1.1e-10, 3e-10, 1e-9, 3e-9, 1e-8, 1.5e-8, 3e-8, 1e-7)
-AXES = ("axis", "x_axis", "second_axis", "orientation")
-BLUR, STEP, SAFETY, ROUNDING, LEAST = 1e-3, 1e-6, 100.0, 1e-14, 0.01
+FAST = (2, 4, 7, 15, 18, 26, 34, 37, 52, 63, 87, 92)
+SOME = ("mass", "coupling", "inverse_dynamics", "poses", "twists", "partials")
 
 
-def computed(data: Data, seed: int) -> dict[str, Array]:
-    """Return all that the equations of a scene give at two random states, and its initial state, by function and block."""
-    system = derive(from_data(data), TERMS)
-    rng = np.random.default_rng(seed)
-    state = random_states(system, 2, rng)
-    state |= {name: rng.normal(size=(2, size)) for name, size in (("lam", len(system.multipliers)), ("z", system.nz)) if size}
-    if "base" in system.functions:
-        state["base"] = evaluate(system.tape, system.functions["base"].refs, state)
-    found: dict[str, Array] = {"initial state": np.array([*system.initial_q, *system.initial_v])}
-    places, refs = list[tuple[str, int]](), list[int]()
-    for function in system.functions.values():
-        for block in function.outputs:
-            places.append((f"{function.name}.{block.name}", len(block.refs)))
-            refs += block.refs
-    values = evaluate(system.tape, refs, state)
-    start = 0
-    for name, size in places:
-        found[name], start = values[:, start : start + size], start + size
-    return found
+def worst_of(number: int, shifts: int) -> str:
+    """Return what goes wrong most when the numbers of a random scene are shifted so many times; empty where nothing does."""
+    compared = Compared(structured_scene(number), number)
+    for _ in range(shifts):
+        amounts = compared.amounts()
+        excess = compared.excess(amounts)
+        if excess:
+            worst = max(excess, key=lambda name: excess[name])
+            return f"scene {number}: {worst} changes {excess[worst]:.3g} times as much as it may for {amounts}"
+    return ""
 
 
-def change(before: dict[str, Array], after: dict[str, Array]) -> dict[str, float]:
-    """Return the largest change in each block."""
-    assert {name: block.shape for name, block in before.items()} == {name: block.shape for name, block in after.items()}
-    return {name: float(np.max(np.abs(after[name] - block), initial=0.0)) for name, block in before.items()}
+@pytest.mark.parametrize("number", FAST)
+def test_nothing_changes_by_more_than_the_numbers_of_a_scene(number: int) -> None:
+    assert not worst_of(number, 4)
 
 
-class Compared:
-    """One scene, and how much each of its functions may change.
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(200))
+def test_nothing_changes_by_more_than_the_numbers_of_any_scene(number: int) -> None:
+    assert not worst_of(number, 6)
 
-    The *condition* of a function is the change of its largest entry by the change of the scene's numbers, measured at a scene
-    nearby where nothing is structure any more: all numbers moved at random by 1e-3. So nothing that the code does about zeros, ones
-    and coordinate axes enters it. Where that is less than the function's own size, the size is taken, and 0.01 at least, for what
-    cancels: the numbers of the scenes are of order one. A shift of eps may change a function by 100 times eps times its condition:
-    100 for what the condition differs between the two scenes and along directions that were not tried. Rounding counts as a shift
-    of 1e-14. What mistakes structure, by contrast, changes a function by its own size, 1e5 times the bound at 1e-7 and 1e9 times
-    at 1e-11.
-    """
 
-    def __init__(self, data: Data, seed: int) -> None:
-        self.data, self.seed, self.rng = data, seed, np.random.default_rng(seed)
-        self.vectors = structure(data)
-        self.values = computed(data, seed)
-        nearby = self._nearby()
-        there = computed(nearby, seed)
-        every = [place for vector in self.vectors for place in vector]
-        self.condition = {name: float(np.max(np.abs(block), initial=LEAST)) for name, block in self.values.items()}
-        for _ in range(2):
-            moved = computed(shifted(nearby, {place: STEP * self.rng.choice([-1.0, 1.0]) for place in every}), seed)
-            for name, size in change(there, moved).items():
-                self.condition[name] = max(self.condition[name], size / STEP)
+def pendulum(**joint: Any) -> Data:
+    body = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
+    arm = {"mass": 0.7, "center_of_mass": [0.1, -0.2, 0.05], "inertia": [0.01, 0.012, 0.013]}
+    elbow = {"type": "revolute", "parent": "body", "child": "arm", "axis": [0.3, 0.5, 0.7], "position": [0.4, 0.1, 0.0]}
+    joints = {"hinge": {"parent": "base", "child": "body", **joint}, "elbow": elbow}
+    return {"format": 1, "name": "pendulum", "bodies": {"body": body, "arm": arm}, "joints": joints}
 
-    def _nearby(self) -> Data:
-        every = [place for vector in self.vectors for place in vector]
-        for _ in range(40):  # a place on a beam may be moved beyond its end
-            nearby = shifted(self.data, {place: BLUR * self.rng.uniform(-1.0, 1.0) for place in every})
-            try:
-                from_data(nearby)
-            except EomgenError:
-                continue
-            return nearby
-        pytest.fail(f"no scene near {self.data}")
 
-    def amounts(self) -> dict[Place, float]:
-        """Return what to shift and by how much, by one of ``SHIFTS``: an axis or a component of it, most often, or any numbers."""
-        shift, kind = float(self.rng.choice(SHIFTS)), self.rng.integers(4)
-        if kind == 3:
-            chosen = [place for places in self.vectors for place in places if self.rng.uniform() < 0.3]
-        else:
-            axes = [places for places in self.vectors if places[0][-2] in AXES]
-            among = axes if axes and kind < 2 else self.vectors
-            chosen = among[self.rng.integers(len(among))]
-            if self.rng.uniform() < 0.5:
-                chosen = [chosen[self.rng.integers(len(chosen))]]
-        return {place: shift * float(self.rng.choice([-1.0, 1.0, 0.5])) for place in chosen}
+@pytest.mark.parametrize(
+    ("kind", "shift"),
+    [("revolute", 1.1e-10), ("revolute", 1e-8), ("helical", 3e-9), ("cylindrical", 3e-9), ("planar", 3e-9), ("universal", 3e-9)],
+)
+def test_a_joint_axis_beside_a_coordinate_axis_is_an_axis_of_its_own(kind: JointType, shift: float) -> None:
+    """The small component comes before the large one for half of the axes, and behind it for the others."""
+    extra: Data = {"pitch": 0.05} if kind == "helical" else {}
+    for k, j in itertools.permutations(range(3), 2):
+        axis, moved = np.eye(3)[k], np.eye(3)[k] + shift * np.eye(3)[j]
+        across = np.eye(3)[3 - k - j]  # perpendicular to both
+        extra |= {"universal": {"second_axis": across.tolist()}}.get(kind, {})
+        before, after = (computed(pendulum(type=kind, axis=item.tolist(), **extra), 1, SOME) for item in (axis, moved))
+        for name, size in change(before, after).items():
+            assert size <= 100.0 * shift, f"{kind} {k} {j}: {name} changes by {size:.3g}"
 
-    def excess(self, amounts: dict[Place, float]) -> dict[str, float]:
-        """Return the functions that a shift changes by more than it may, with how many times more."""
-        allowed = SAFETY * (max(map(abs, amounts.values())) + ROUNDING)
-        moved = change(self.values, computed(shifted(self.data, amounts), self.seed))
-        return {
-            name: size / (allowed * self.condition[name])
-            for name, size in moved.items()
-            if size > allowed * self.condition[name]
-        }
+
+def test_an_axis_1e_9_beside_z_does_not_turn_about_x() -> None:
+    data = pendulum(type="revolute", axis=[1e-9, 0.0, 1.0])
+    del data["bodies"]["arm"], data["joints"]["elbow"]
+    assert computed(data, 1)["mass.M"][0] == pytest.approx(0.04 + 0.3**2 + 0.1**2, rel=1e-8)
+
+
+def test_only_coordinate_axes_are_coordinate_axes() -> None:
+    assert coordinate_axis((0.0, -1.0, 0.0)) == (1, -1.0)
+    assert coordinate_axis((1e-9, 0.0, 1.0)) is None
+    assert coordinate_axis(tuple(unit_axis([1e-9, 0.0, 1.0]))) is None  # whose length is 1 in double precision
+    assert coordinate_axis(tuple(unit_axis([1e-11, 0.0, -2.0]))) == (2, -1.0)
+
+
+@pytest.mark.parametrize(
+    "axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0), (1.0, 1.0, 1.0), (-1.0, 1.0, -1.0)]
+)
+def test_the_frame_about_an_axis_is_the_same_for_axes_nearby(axis: tuple[float, float, float], rng: np.random.Generator) -> None:
+    frame = frame_about(unit_axis(axis))
+    for shift in SHIFTS:
+        for sign in itertools.product((-1.0, 0.0, 1.0), repeat=3):
+            nearby = frame_about(unit_axis(np.array(axis) + shift * np.array(sign)))
+            np.testing.assert_allclose(nearby, frame, rtol=0, atol=4.0 * shift)
+
+
+def test_quaternions_of_rotations_near_half_a_turn_keep_their_sign(rng: np.random.Generator) -> None:
+    algebra = Algebra(Tape())
+
+    def quaternion(turn: Rotation) -> list[float]:
+        return constant_quaternion(algebra.matrix(turn.as_matrix().tolist()))
+
+    for axis in ((1, 0, 0), (0, 0, -1), (1, 1, 0), (1, -1, 0), (0, -1, 1), (1, 1, 1), (-0.6, 0.8, 0), (0.2, -0.9, 0.3)):
+        half = Rotation.from_rotvec(np.pi * np.array(axis) / np.linalg.norm(axis))
+        for shift in (1e-15, 1e-9, 1e-7):
+            nearby = half * Rotation.from_rotvec(shift * rng.normal(size=3))
+            np.testing.assert_allclose(quaternion(nearby), quaternion(half), rtol=0, atol=10.0 * shift)
+
+
+def test_the_sign_of_a_pose_does_not_depend_on_the_frames_of_links() -> None:
+    """A skew axis turns the frame of its link, by half a turn near -z, and its product with an orientation may change sign."""
+    for axis in ([0.0, 0.0, -1.0], [3e-9, 0.0, -1.0], [0.3, -0.5, -0.7], [0.0, -1.0, 1e-8], [-1.0, -1.0, -1.0]):
+        half = pendulum(type="revolute", axis=axis, orientation=[[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+        system = derive(from_data(half), ["poses"])
+        pose = evaluate(system.tape, system.functions["poses"].refs, {"q": np.zeros(2)})
+        np.testing.assert_allclose(pose[:4], [0.0, 0.0, 0.5**0.5, 0.5**0.5], rtol=0, atol=1e-8)
+
+
+def test_orientation_and_quaternion_of_the_base_say_the_same() -> None:
+    data = pendulum(type="revolute", axis=[0.0, 0.0, 1.0])
+    data["base"] = {"position": ["t", "2*t", "3*t"], "rotation": [{"axis": [3e-9, 0.0, 1.0], "angle": "0.8*sin(t)"}]}
+    system = derive(from_data(data), ["mass"])
+    base = evaluate(system.tape, system.functions["base"].refs, {"t": np.array([0.7])})
+    R = Rotation.from_quat(base[[1, 2, 3, 0]]).as_matrix()
+    np.testing.assert_allclose(base[10:13], R.T @ [1.0, 2.0, 3.0], rtol=0, atol=1e-15)
+
+
+ROBOT = """<robot name="r"><link name="base_link"/>
+  <link name="a"><inertial><origin xyz="0.1 0 0.2" rpy="0 0 {shift}"/><mass value="1.5"/>
+    <inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="{shift}" ixz="0" iyz="0"/></inertial></link>
+  <link name="b"><inertial><origin xyz="0 {shift} 0.1"/><mass value="0.8"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="j" type="revolute"><parent link="base_link"/><child link="a"/>
+    <origin xyz="0 0 0.3" rpy="{right} 0 0"/><axis xyz="0 {shift} 1"/></joint>
+  <joint name="k" type="continuous"><parent link="a"/><child link="b"/>
+    <origin xyz="0.3 {shift} 0" rpy="0 {right} {shift}"/><axis xyz="1 0 {shift}"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_a_urdf_beside_right_angles_and_coordinate_axes(shift: float) -> None:
+    system, moved = (
+        derive(load_urdf(ROBOT.format(shift=f"{by:.3e}", right=repr(math.pi / 2 + by))), TERMS[:6]) for by in (0.0, shift)
+    )
+    state = random_states(system, 3, np.random.default_rng(1))
+    before, after = (
+        [evaluate(item.tape, function.refs, state) for function in item.functions.values()] for item in (system, moved)
+    )
+    for name, first, second in zip(system.functions, before, after, strict=True):
+        size = max(1.0, float(np.max(np.abs(first))))
+        np.testing.assert_allclose(second, first, rtol=0, atol=100.0 * size * (shift + ROUNDING), err_msg=name)
+
+
+def blade(start: float, place: float) -> Data:
+    """Return a beam whose frame is at its first end, with a body fixed to its second end."""
+    bending = {"shapes": "finite_elements", "elements": 2, "modes": 1, "stiffness": 20.0, "masses": [{"at": place, "mass": 0.2}]}
+    beam = {"start": start, "length": 0.1, "mass_per_length": 1.0, "polar_inertia": 0.01, "bending_y": bending}
+    body = {"mass": 0.2, "inertia": [1e-4, 1e-4, 1e-4]}
+    joints = {
+        "hub": {"type": "revolute", "parent": "base", "child": "blade", "axis": [0.0, 0.0, 1.0]},
+        "end": {"type": "fixed", "parent": "blade", "child": "tip", "position": [place, 0.0, 0.0]},
+    }
+    return {"format": 1, "name": "rotor", "bodies": {"tip": body}, "beams": {"blade": beam}, "joints": joints}
+
+
+@pytest.mark.parametrize("shift", [-5e-8, -1e-9, 1e-15, 3e-10, 5e-8])
+def test_what_is_a_little_beyond_the_end_of_a_beam_is_at_its_end(shift: float) -> None:
+    """The beam's frame a little before or behind its first end; a body, and the mass that modes are found with, at the second."""
+    before = computed(blade(0.0, 0.1), 1)
+    for moved in (blade(0.0, 0.1 + shift), blade(shift, 0.1 + shift)):
+        for name, size in change(before, computed(moved, 1)).items():
+            scale = max(1.0, float(np.max(np.abs(before[name]))))
+            assert size <= 1e4 * abs(shift) * scale + 1e-12 * scale, f"{name} changes by {size:.3g}"

@@ -7,6 +7,7 @@ little, so that what is computed before and after can be compared.
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from eomgen.errors import DescriptionError
+from eomgen.scene.assemble import from_data
 from tests.oracles.evaluation import Array
 
 #: A path of keys and indices to a number.
@@ -34,6 +37,8 @@ _SIZES = {
     "pitch": 1.0, "multiplier": 1.0, "offset": 1.0, "rest": 1.0, "length": 1.0, "gravity": 10.0, "mass": 1.0, "inertia": 0.05,
     "orientation": 1.0,
 }  # fmt: skip
+#: Between one seed and the next that is tried for the same scene.
+_SEEDS = 10_000
 #: Less than what the reader takes for rounding in axes and inertias.
 _ROUNDING = 2e-7
 
@@ -223,11 +228,22 @@ class _Writer:
         self.data["base"] = {"position": position, "rotation": turns[: self.rng.integers(1, 3)]}
 
 
-def structured_scene(seed: int, *, absolute: bool = False, constrained: bool = False) -> Data:
+def structured_scene(number: int) -> Data:
     """Return nested data of a random scene of two or three bodies, as a scene file holds it.
 
-    Not every seed gives a scene that can be: joints may carry what has no inertia, frames may be in one rigid body.
+    Every third scene is in absolute coordinates, every second one is constrained, though not to a state that it can be in.
     """
+    for seed in itertools.count(number, _SEEDS):  # joints may carry what has no inertia, frames may be in one rigid body
+        data = _written(seed, absolute=number % 3 == 2, constrained=number % 2 == 1)
+        try:
+            from_data(data)
+        except DescriptionError:
+            continue
+        return data
+    raise AssertionError
+
+
+def _written(seed: int, *, absolute: bool, constrained: bool) -> Data:
     writer = _Writer(seed, absolute)
     writer.tree(int(writer.rng.integers(2, 4)))
     writer.loads()

@@ -183,6 +183,8 @@ BENDING_Z = 'bending_z = { shapes = "free_free", modes = 2, stiffness = 100 }'
         ('type = "planar"\naxis = [0, -1, 0]', BENDING_Z),
         ('type = "prismatic"\naxis = [1, 0, 0]', 'stretch = { shapes = "free_free", modes = 1, stiffness = 10 }'),
         ('type = "revolute"\naxis = [1, 0, 0]', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }'),
+        ('type = "revolute"\naxis = [1, 3e-8, 0]', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }'),
+        ('type = "planar"\naxis = [1e-9, 0, 1]', BENDING_Y),
     ],
 )
 def test_shapes_that_a_joint_lets_move(joint: str, deformation: str) -> None:
@@ -228,6 +230,19 @@ axis = [0, 1, 0]
         read(text.replace("MASS", "1"))
 
 
+def test_the_end_of_a_beam_is_its_end_whatever_rounding_makes_of_start_and_length() -> None:
+    mesh, masses = 'shapes = "finite_elements", elements = 2, modes = 1', "masses = [{ at = 0.8, mass = 1 }]"
+    text = (
+        FREE_FREE.format(deformation=f"bending_y = {{ {mesh}, stiffness = 100, {masses} }}")
+        .replace("length = 4", "length = 0.1")
+        .replace("start = -2", "start = 0.7")
+    )
+    assert 0.7 + 0.1 < 0.8
+    joint = '[joints.carrier]\nparent = "base"\nchild = "bar"\ntype = "fixed"\n'
+    (body,) = read(text + joint).bodies
+    assert body.beam is not None and body.beam.deformations[0].masses == ((0.7 + 0.1, 1.0 / 3.0, 0.0),)
+
+
 @pytest.mark.parametrize("start", [0, -4])
 def test_pinned_shapes_at_either_end(start: int) -> None:
     deformation = 'bending_y = { shapes = "pinned_pinned", modes = 2, stiffness = 100 }'
@@ -238,7 +253,9 @@ def test_pinned_shapes_at_either_end(start: int) -> None:
 
 def test_a_beam_is_no_rigid_body_with_what_is_fixed_to_it() -> None:
     """A bushing may go from one place of a beam to another, or to what is fixed to it."""
-    text = BLADE.replace(", velocity = 0", "") + """
+    text = (
+        BLADE.replace(", velocity = 0", "")
+        + """
 [bodies.tip]
 mass = 1
 [joints.tip]
@@ -250,6 +267,7 @@ position = [10, 0, 0]
 inner = { first = { body = "blade" }, second = { body = "blade", position = [5, 0, 0] }, stiffness = [1, 1, 1] }
 outer = { first = { body = "blade" }, second = { body = "tip" }, stiffness = [1, 1, 1] }
 """
+    )
     assert len(read(text).bushings) == 2
 
 

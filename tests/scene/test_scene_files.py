@@ -348,6 +348,10 @@ def test_one_problem(old: str, new: str, message: str) -> None:
     ("extra", "message"),
     [
         ('orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
+        ('orientation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]', "rotation: orthonormal and right-handed to 1e-6; try: rotation"),
+        ('orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
+        ('orientation = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]', "(joints.hinge.orientation): the matrix is not a rotation"),
+        ('orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
         ('rotation = [{ axis = [0, 0, 1], angle = "damping" }]', "the tunable parameter 'damping' cannot be used here"),
         ('rotation = [{ axis = [0, 0, 1] }]', "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing"),
         ('rotor_inertia = "-length"', "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more"),
