@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.build.library import Library
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.runtime.inputs import CheckedSignal, check_reach
+from eomgen.runtime.large_angles import check_angles
 from eomgen.runtime.methods import canonical_name, terms_of
 from eomgen.runtime.model import Model
+from eomgen.runtime.time_grid import TimeGrid, check_jumps
 from eomgen.scene.laws import laws_of, smooth
 
 Array = NDArray[np.float64]
@@ -37,7 +41,23 @@ def stepper_library(model: Model, name: str) -> Library:
     return library
 
 
-def check_laws_of_run(model: Model, p: Array, start: float, end: float) -> None:
+def check_span(model: Model, library: Library, p: Array, given: Mapping[str, CheckedSignal], grid: TimeGrid) -> None:
+    """Raise UsageError where something that is prescribed over time does not serve a run from its start to its end.
+
+    Parameters
+    ----------
+    library : with the stepper
+    p : (np,) parameters
+    given : inputs from the caller, in the place of the scene's
+    """
+    start, end = grid.start, grid.reached
+    check_reach(model.library.layout, given, start, end)
+    _check_laws(model, p, start, end)
+    check_angles(model.scene, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
+    check_jumps(library.layout["method"], grid.step)
+
+
+def _check_laws(model: Model, p: Array, start: float, end: float) -> None:
     """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
     if all(smooth(law.formula) for law in laws_of(model.scene)):
         return

@@ -11,8 +11,11 @@ from eomgen.build.library import Library
 from eomgen.errors import UsageError
 from eomgen.runtime.arguments import numbers
 from eomgen.runtime.terms import Parameters, Terms
+from eomgen.runtime.time_grid import jumps_per_second
 
 Array = NDArray[np.float64]
+#: More discontinuities than these are no list that anyone can use.
+_MOST_TIMES = 10_000_000
 
 
 class Prescribed:
@@ -43,17 +46,43 @@ class Prescribed:
 
         0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by themselves; for
         solvers of others these are the times between which the motion is smooth.
+
+        Raises
+        ------
+        UsageError
+            The end lies before the start, or there are more than ten million such times.
         """
         if end < start:
             raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
-        found: set[float] = set()
-        for item in self.library.layout["discontinuities"]:
-            time, period = float(item["time"]), float(item["period"])
-            if item["order"] > order:
-                continue
+        found: list[Array] = [np.zeros(0)]
+        waves = [(time, period) for time, period in self._jumps(order) if period > 0.0]
+        count = (end - start) * jumps_per_second(waves)
+        if count > _MOST_TIMES:
+            shortest = min(period for _, period in waves)
+            what = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
+            raise UsageError(what, f"an earlier end: {_MOST_TIMES:.3g} times at most")
+        for time, period in self._jumps(order):
             if period == 0.0:
-                found |= {time} if start <= time <= end else set()
+                found.append(np.array([time] if start <= time <= end else []))
                 continue
-            first = math.ceil((start - time) / period)
-            found |= {time + k * period for k in range(first, math.floor((end - time) / period) + 1)}
-        return np.array(sorted(found)) + 0.0  # no minus zero
+            counts: Array = np.arange(math.ceil((start - time) / period), math.floor((end - time) / period) + 1.0)
+            found.append(time + counts * period)
+        return np.unique(np.concatenate(found)) + 0.0  # no minus zero
+
+    def jumps_between(self, t: Array, near: float) -> Array:
+        """Return times (n,) at which forces jump: of each wave one in every interval of times t (m,), widened by ``near`` (s)."""
+        found: list[Array] = [np.zeros(0)]
+        for time, period in self._jumps(0):
+            if period == 0.0:
+                found.append(np.array([time]))
+                continue
+            first = time + np.ceil((t[:-1] - near - time) / period) * period
+            found.append(first[first <= t[1:] + near])
+        return np.unique(np.concatenate(found))
+
+    def _jumps(self, order: int) -> list[tuple[float, float]]:
+        """Return time and period (s, 0 where it comes once) of what is known to jump up to an order."""
+        return [
+            (float(item["time"]), float(item["period"]))
+            for item in self.library.layout["discontinuities"] if item["order"] <= order
+        ]  # fmt: skip

@@ -14,16 +14,17 @@ from eomgen.calls import checked_call
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.specification import default_settings
 from eomgen.runtime.checkpoint import Checkpoint
-from eomgen.runtime.inputs import InputSignals, Signal, check_reach, jumps_known, read_signals
+from eomgen.runtime.inputs import InputSignals, Signal, jumps_known, read_signals
 from eomgen.runtime.methods import method_named
 from eomgen.runtime.model import Model
-from eomgen.runtime.preparation import check_laws_of_run, check_memory, stepper_library
+from eomgen.runtime.preparation import check_memory, check_span, stepper_library
 from eomgen.runtime.run import SCENE_START, Run, keeper_of
-from eomgen.runtime.run_settings import number_of, steps_between
+from eomgen.runtime.run_settings import number_of
 from eomgen.runtime.simulate import solution_of
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, run_chunks
 from eomgen.runtime.terms import Parameters
+from eomgen.runtime.time_grid import time_grid
 
 Array = NDArray[np.float64]
 
@@ -81,28 +82,27 @@ def resume(
     _same_parameters(model, p, parameters)
     start, step = float(said["t_start"]), settings["step"]
     end = float(said["t_end"]) if t_end is None else number_of("t_end", t_end)
-    steps = steps_between(start, end, step)
+    grid = time_grid(start, end, step, library.real)
     stepper = Stepper(library, settings, p)
     stepper.restore(saved.state, saved.workspace)
-    if steps < stepper.count:
+    if grid.whole < stepper.count:
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
         raise UsageError(Problem("t_end", what, "a later t_end"))
     every = int(said["record_every"])
-    check_memory((steps - stepper.count) // every + 2, 1 + model.nq + 2 * model.nv)
-    given = read_signals(_inputs(saved, inputs), model.inputs, steps)
-    check_reach(model.library.layout, given, start, start + step * steps)
-    check_laws_of_run(model, p, start, start + step * steps)
+    check_memory((grid.steps - stepper.count) // every + 2, 1 + model.nq + 2 * model.nv)
+    given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
+    check_span(model, library, p, given, grid)
     signals = InputSignals(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )
     method = method_named(said["method"], **said["method_parameters"])
     run = Run(
-        model, said["method"], method, settings, p, signals, steps, every, start, end,
+        model, said["method"], method, settings, p, signals, grid, every,
         said.get("corrections", []), said.get("start", SCENE_START),
     )  # fmt: skip
     began = time.perf_counter()
     keeper = keeper_of(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
-    trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
+    trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
     return solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
 
 

@@ -21,6 +21,7 @@ from eomgen.runtime.initial import InitialState, initial_state
 from eomgen.runtime.inputs import InputSignals
 from eomgen.runtime.run_settings import count_of
 from eomgen.runtime.stepping import Stepper
+from eomgen.runtime.time_grid import TimeGrid
 
 if TYPE_CHECKING:
     from eomgen.runtime.model import Model
@@ -39,8 +40,8 @@ class Run:
     name, method, settings : of the stepper
     parameters : (np,) tunable parameters
     signals : what drives the inputs
-    steps, every : of the whole time grid from ``start``, and between recorded rows
-    start, end : s
+    grid : the times of the whole run
+    every : steps between recorded rows
     corrections : how the initial state was brought onto the constraints
     begun : what the run starts from, in words
     """
@@ -51,10 +52,8 @@ class Run:
     settings: dict[str, float]
     parameters: Array
     signals: InputSignals
-    steps: int
+    grid: TimeGrid
     every: int
-    start: float
-    end: float
     corrections: Sequence[str] = ()
     begun: str = SCENE_START
 
@@ -79,8 +78,8 @@ class Run:
             "settings": dict(self.settings),
             "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
             "record_every": self.every,
-            "t_start": self.start,
-            "t_end": self.end,
+            "t_start": self.grid.start,
+            "t_end": self.grid.end,
             "corrections": list(self.corrections),
             "start": self.begun,
             "inputs": kinds,
@@ -117,7 +116,7 @@ def start_of(
     settled : whether positions are those of static equilibrium nearby
     changed : whether the state or the parameters are others than those that the model was built with
     """
-    model, p, t = run.model, run.parameters, run.start
+    model, p, t = run.model, run.parameters, run.grid.start
     state, sentences = initial_state(model, initial, p), []
     doubts: list[str] = []
     if settled:

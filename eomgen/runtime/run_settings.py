@@ -15,17 +15,6 @@ from eomgen.integrators.taylor import Taylor
 from eomgen.runtime.methods import method_named, method_parameters
 
 
-def steps_between(start: float, end: float, step: float) -> int:
-    """Return how many steps of a size cover a time; raise UsageError for an end before the start."""
-    if end < start:
-        raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
-    count = (end - start) / step
-    if count > 1e15:
-        raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
-    whole = round(count)
-    return whole if whole and abs(count - whole) <= 1e-9 * max(1.0, count) else math.ceil(count)
-
-
 def number_of(name: str, value: object, kind: str = "number of seconds") -> float:
     """Return a finite number. Raises UsageError."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):

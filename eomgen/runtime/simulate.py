@@ -21,18 +21,18 @@ from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
 from eomgen.runtime.diagnosis import advice, doubts, fast_joint, first_non_finite
 from eomgen.runtime.indefinite import beyond_order_in_run, indefinite_mass
-from eomgen.runtime.inputs import InputSignals, Signal, check_held, check_reach, jumps_known, read_signals
-from eomgen.runtime.large_angles import check_angles
+from eomgen.runtime.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
-from eomgen.runtime.preparation import check_laws_of_run, check_memory, stepper_library
+from eomgen.runtime.preparation import check_memory, check_span, stepper_library
 from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
-from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, steps_between, warnings_of
+from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
 from eomgen.runtime.scenery import seen
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
+from eomgen.runtime.time_grid import TimeGrid, time_grid
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
@@ -78,7 +78,7 @@ def simulate(
     Parameters
     ----------
     t_end : float
-        End of the time grid, s; a last step that would pass it is taken whole.
+        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point for its whole.
     step : float
         Step size, s.
     method : str
@@ -129,7 +129,6 @@ def simulate(
     step = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
     t_first = number_of("t_start", t_start)
-    steps = steps_between(t_first, end, step)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.parameter_array(parameters)
     if p.ndim != 1:
@@ -143,17 +142,16 @@ def simulate(
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
-    check_memory(steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
-    from_caller = read_signals(inputs, model.inputs, steps)
-    check_reach(model.library.layout, from_caller, t_first, t_first + step * steps)
-    check_laws_of_run(model, p, t_first, t_first + step * steps)
-    check_angles(model.scene, dict(zip(model.parameters, p, strict=True)), from_caller, t_first, t_first + step * steps)
+    grid = time_grid(t_first, end, step, library.real)
+    check_memory(grid.steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
+    from_caller = read_signals(inputs, model.inputs, grid.steps)
+    check_span(model, library, p, from_caller, grid)
     if stepped_by.family in SERIES_FAMILIES:
         check_held(name, from_caller)
     signals = InputSignals(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
     )
-    run = Run(model, name, stepped_by, chosen, p, signals, steps, every, t_first, end)
+    run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
     settled = _settled(start, initial is not None, defaults)
     state, corrections, at_rest = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
     begun = words_of_start(settled=settled, given=bool(initial), chosen=start, of_scene=str(defaults["start"]))
@@ -162,7 +160,7 @@ def simulate(
     began = time.perf_counter()
     stepper = Stepper(library, chosen, p)
     keeper = keeper_of(run, library, checkpoint, checkpoint_every)
-    table = run.driven(stepper.times_of(0, 1, t_first)) if run.driven else None
+    table = run.driven(t_first + (step if grid.whole else grid.rest) * stepper.input_times) if run.driven else None
     status = stepper.initialize(t_first, state.q, state.v, table, state.z)
     if status == _BAD_ARGUMENT:
         raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
@@ -173,7 +171,7 @@ def simulate(
     else:
         if keeper is not None:
             keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
-        trajectory = run_chunks(stepper, steps, min(every, steps + 1), run.driven, progress, keeper)
+        trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
     u = None if table is None else signals.rows(np.array([t_first]))[0]
     faults = [unresolved_damping(model, state, t_first, u, p, step)] if name == "rk4" else []
@@ -198,20 +196,20 @@ def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> boo
 def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:
     """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
     model, p = run.model, run.parameters
-    message = _message(model, stepper, trajectory, p, run.signals, run.steps, run.settings)
+    message = _message(model, stepper, trajectory, p, run.signals, run.grid.steps, run.settings)
     if keeper is not None and not trajectory.status:
         message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
     statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
     t, q, v, a, multipliers, z = _split(trajectory.rows, model)
     outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
-    jumps = model.discontinuity_times(float(t[0]), float(t[-1]), order=0) if len(t) else ()
+    jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
     cause = partial(beyond_order_in_run, model, t, q, p)
     if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps, cause)):
         message = f"{message}; {doubt}"
     of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
     message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
-    described = _metadata(model, run.name, run.settings, p, run.every, run.start, run.end)
+    described = _metadata(model, run.name, run.settings, p, run.every, run.grid)
     return Solution(
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
@@ -295,7 +293,7 @@ def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
 
 
 def _metadata(
-    model: Model, method: str, settings: Mapping[str, float], p: Array, every: int, start: float, end: float
+    model: Model, method: str, settings: Mapping[str, float], p: Array, every: int, grid: TimeGrid
 ) -> dict[str, Any]:
     layout = model.library.layout
     return {
@@ -305,8 +303,8 @@ def _metadata(
         "step": settings["step"],
         "settings": dict(settings),
         "record_every": every,
-        "t_start": start,
-        "t_end": end,
+        "t_start": grid.start,
+        "t_end": grid.end,
         "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
         "names": {
             "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from eomgen.build.library import Library
 from eomgen.errors import UsageError
 from eomgen.integrators.specification import STEPPER_SIZES, row_layout, state_layout, statistics_names
+from eomgen.runtime.time_grid import TimeGrid
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -164,13 +165,15 @@ class Trajectory:
 
 def run_chunks(
     stepper: Stepper,
-    steps: int,
+    grid: TimeGrid,
     record_every: int,
     inputs: Callable[[Array], Array] | None,
     progress: Progress | None = None,
     keeper: KeeperLike | None = None,
 ) -> Trajectory:
-    """Run an initialized stepper up to step number ``steps``; the first and the last good state are always recorded.
+    """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
+
+    What checkpoints hold last is the state after the last whole step, from which a run goes on with the grid of a later end.
 
     Parameters
     ----------
@@ -188,8 +191,8 @@ def run_chunks(
     last_recorded = done
     failure: UsageError | None = None
     with _interrupts() as interrupted:
-        while done < steps and status == 0 and not interrupted.is_set():
-            size = min(chunk, steps - done)
+        while done < grid.whole and status == 0 and not interrupted.is_set():
+            size = min(chunk, grid.whole - done)
             if keeper is not None and (room := keeper.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
@@ -214,16 +217,38 @@ def run_chunks(
             if keeper is not None and status == 0:
                 keeper.look(stepper, done)
             if progress is not None:
-                progress(done, steps)
+                progress(done, grid.steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
             chunk = max(1, min(_LARGEST_CHUNK, 4 * size, int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
-        stopped = interrupted.is_set() and done < steps
-    if keeper is not None and status == 0:
-        keeper.look(stepper, done, final=True)
-    if last_recorded != done:
+        stopped = interrupted.is_set() and done < grid.steps
+        if keeper is not None and status == 0:
+            keeper.look(stepper, done, final=True)
+        end = None
+        if grid.rest and status == 0 and failure is None and not stopped:
+            try:
+                status, end = _last_step(stepper, grid, inputs)
+            except UsageError as error:
+                failure = error
+    if end is not None:
+        done += 1
+        pieces.append(end[np.newaxis])
+        if progress is not None:
+            progress(done, grid.steps)
+    elif last_recorded != done:
         pieces.append(stepper.row[np.newaxis])
     return Trajectory(np.concatenate(pieces), status, stopped, done, failure)
+
+
+def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
+    """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step failed."""
+    table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
+    stepper.settings[0] = grid.rest
+    status, _ = stepper.run(1, 1, table, np.empty((1, stepper.sizes["row"])))
+    stepper.settings[0] = grid.step
+    row = stepper.row
+    row[0] = grid.end
+    return status, None if status else row
 
 
 def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:

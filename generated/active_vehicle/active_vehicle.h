@@ -119,7 +119,7 @@ typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     ACTIVE_VEHICLE_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     ACTIVE_VEHICLE_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    ACTIVE_VEHICLE_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    ACTIVE_VEHICLE_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
     ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } active_vehicle_status;
 

@@ -34,7 +34,7 @@ const char *active_vehicle_status_text(active_vehicle_status status)
     case ACTIVE_VEHICLE_NOT_CONVERGED: return "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps";
     case ACTIVE_VEHICLE_SINGULAR: return "the mass or iteration matrix is singular";
     case ACTIVE_VEHICLE_NOT_FINITE: return "a value became infinite or not a number";
-    case ACTIVE_VEHICLE_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case ACTIVE_VEHICLE_BAD_ARGUMENT: return "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table";
     case ACTIVE_VEHICLE_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
@@ -946,7 +946,7 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     active_vehicle_workspace *work, const real *u_table)
 {
     active_vehicle_status status;
-    if (!active_vehicle_settings_are_good(settings))
+    if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
         return ACTIVE_VEHICLE_BAD_ARGUMENT;
     status = active_vehicle_first_step(p, settings, state, work, u_table);
     if (status == ACTIVE_VEHICLE_OK)
@@ -959,7 +959,9 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
 {
     long k, rows = 0;
     int i;
-    active_vehicle_status status = active_vehicle_settings_are_good(settings) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_BAD_ARGUMENT;
+    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = ACTIVE_VEHICLE_BAD_ARGUMENT;
     for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
         status = k == 0 ? active_vehicle_first_step(p, settings, state, work, u_table) /* later steps share rows and parameters */
             : active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);

@@ -112,7 +112,8 @@ static void print_row(const active_vehicle_state *state)
     printf("\n");
 }
 
-/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
+/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps, and at the
+ * end, t, q, v, vdot as CSV. A last step that would pass the end is shortened to end there. */
 int main(int argc, char **argv)
 {
     static active_vehicle_workspace work;
@@ -121,7 +122,7 @@ int main(int argc, char **argv)
     active_vehicle_settings settings;
     active_vehicle_status status;
     const char *words[3] = {NULL, NULL, NULL};
-    double duration;
+    double duration, rest;
     long every, steps, k;
     int i, count = 0;
     active_vehicle_default_parameters(&p);
@@ -145,6 +146,11 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
+    rest = duration - (double)settings.step * (double)steps;
+    if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
+        rest = 0.0; /* whole but for rounding */
+    else if (rest < 0.0)
+        rest = duration - (double)settings.step * (double)--steps;
     status = active_vehicle_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == ACTIVE_VEHICLE_OK) {
         printf("t");
@@ -159,8 +165,18 @@ int main(int argc, char **argv)
     }
     for (k = 1; k <= steps && status == ACTIVE_VEHICLE_OK; ++k) {
         status = active_vehicle_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
-        if (status == ACTIVE_VEHICLE_OK && k % every == 0)
+        if (status == ACTIVE_VEHICLE_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
+    }
+    if (status == ACTIVE_VEHICLE_OK && rest > 0.0) { /* on a grid of its own */
+        settings.step = (real)rest;
+        state.origin = state.t;
+        state.count = 0;
+        status = active_vehicle_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
+        if (status == ACTIVE_VEHICLE_OK) {
+            state.t = (real)duration;
+            print_row(&state);
+        }
     }
     if (status != ACTIVE_VEHICLE_OK) {
         fprintf(stderr, "%s: stopped at t = %.17g: %s\n", argv[0], (double)state.t, active_vehicle_status_text(status));

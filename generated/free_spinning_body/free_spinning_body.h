@@ -105,7 +105,7 @@ typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     FREE_SPINNING_BODY_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     FREE_SPINNING_BODY_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    FREE_SPINNING_BODY_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    FREE_SPINNING_BODY_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
     FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } free_spinning_body_status;
 

@@ -104,7 +104,7 @@ const char *free_spinning_body_status_text(free_spinning_body_status status)
     case FREE_SPINNING_BODY_NOT_CONVERGED: return "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps";
     case FREE_SPINNING_BODY_SINGULAR: return "the mass or iteration matrix is singular";
     case FREE_SPINNING_BODY_NOT_FINITE: return "a value became infinite or not a number";
-    case FREE_SPINNING_BODY_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case FREE_SPINNING_BODY_BAD_ARGUMENT: return "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table";
     case FREE_SPINNING_BODY_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
@@ -888,7 +888,9 @@ static free_spinning_body_status free_spinning_body_take_step(const free_spinnin
 free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table)
 {
-    return free_spinning_body_settings_are_good(settings) ? free_spinning_body_take_step(p, settings, state, work, u_table) : FREE_SPINNING_BODY_BAD_ARGUMENT;
+    if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
+        return FREE_SPINNING_BODY_BAD_ARGUMENT;
+    return free_spinning_body_take_step(p, settings, state, work, u_table);
 }
 
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
@@ -896,7 +898,9 @@ free_spinning_body_status free_spinning_body_run(const free_spinning_body_parame
 {
     long k, rows = 0;
     int i;
-    free_spinning_body_status status = free_spinning_body_settings_are_good(settings) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_BAD_ARGUMENT;
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = FREE_SPINNING_BODY_BAD_ARGUMENT;
     for (k = 0; k < steps && status == FREE_SPINNING_BODY_OK; ++k) {
         status = free_spinning_body_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != FREE_SPINNING_BODY_OK)

@@ -153,7 +153,7 @@ typedef enum heavy_top_r3xso3_status {
     HEAVY_TOP_R3XSO3_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     HEAVY_TOP_R3XSO3_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     HEAVY_TOP_R3XSO3_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
     HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE = 5, /* more than 0.9 of a full turn within one step: reduce the step */
     HEAVY_TOP_R3XSO3_NOT_CONSISTENT = 6 /* the initial configuration cannot be brought onto the constraints */
 } heavy_top_r3xso3_status;

@@ -113,7 +113,7 @@ const char *heavy_top_r3xso3_status_text(heavy_top_r3xso3_status status)
     case HEAVY_TOP_R3XSO3_NOT_CONVERGED: return "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps";
     case HEAVY_TOP_R3XSO3_SINGULAR: return "the mass or iteration matrix is singular: constraints that repeat each other, or a part without mass";
     case HEAVY_TOP_R3XSO3_NOT_FINITE: return "a value became infinite or not a number";
-    case HEAVY_TOP_R3XSO3_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case HEAVY_TOP_R3XSO3_BAD_ARGUMENT: return "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table";
     case HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     case HEAVY_TOP_R3XSO3_NOT_CONSISTENT: return "the initial configuration cannot be brought onto the constraints";
     }
@@ -1634,7 +1634,9 @@ static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
 heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const real *u_table)
 {
-    return heavy_top_r3xso3_settings_are_good(settings) ? heavy_top_r3xso3_take_step(p, settings, state, work, u_table) : HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
+    if (!heavy_top_r3xso3_settings_are_good(settings) || state->t + settings->step == state->t)
+        return HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
+    return heavy_top_r3xso3_take_step(p, settings, state, work, u_table);
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
@@ -1642,7 +1644,9 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *
 {
     long k, rows = 0;
     int i;
-    heavy_top_r3xso3_status status = heavy_top_r3xso3_settings_are_good(settings) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
+    heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
+    if (!heavy_top_r3xso3_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
     for (k = 0; k < steps && status == HEAVY_TOP_R3XSO3_OK; ++k) {
         status = heavy_top_r3xso3_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != HEAVY_TOP_R3XSO3_OK)

@@ -52,7 +52,8 @@ static void print_row(const heavy_top_r3xso3_state *state)
     printf("\n");
 }
 
-/* heavy_top_r3xso3 [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot, lam as CSV. */
+/* heavy_top_r3xso3 [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps, and at the
+ * end, t, q, v, vdot, lam as CSV. A last step that would pass the end is shortened to end there. */
 int main(int argc, char **argv)
 {
     static heavy_top_r3xso3_workspace work;
@@ -61,7 +62,7 @@ int main(int argc, char **argv)
     heavy_top_r3xso3_settings settings;
     heavy_top_r3xso3_status status;
     const char *words[3] = {NULL, NULL, NULL};
-    double duration;
+    double duration, rest;
     long every, steps, k;
     int i, count = 0;
     heavy_top_r3xso3_default_parameters(&p);
@@ -85,6 +86,11 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
+    rest = duration - (double)settings.step * (double)steps;
+    if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
+        rest = 0.0; /* whole but for rounding */
+    else if (rest < 0.0)
+        rest = duration - (double)settings.step * (double)--steps;
     status = heavy_top_r3xso3_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == HEAVY_TOP_R3XSO3_OK) {
         printf("t");
@@ -101,8 +107,18 @@ int main(int argc, char **argv)
     }
     for (k = 1; k <= steps && status == HEAVY_TOP_R3XSO3_OK; ++k) {
         status = heavy_top_r3xso3_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
-        if (status == HEAVY_TOP_R3XSO3_OK && k % every == 0)
+        if (status == HEAVY_TOP_R3XSO3_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
+    }
+    if (status == HEAVY_TOP_R3XSO3_OK && rest > 0.0) { /* on a grid of its own */
+        settings.step = (real)rest;
+        state.origin = state.t;
+        state.count = 0;
+        status = heavy_top_r3xso3_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
+        if (status == HEAVY_TOP_R3XSO3_OK) {
+            state.t = (real)duration;
+            print_row(&state);
+        }
     }
     if (status != HEAVY_TOP_R3XSO3_OK) {
         fprintf(stderr, "%s: stopped at t = %.17g: %s\n", argv[0], (double)state.t, heavy_top_r3xso3_status_text(status));

@@ -124,7 +124,7 @@ typedef enum pendulum_on_shaking_base_status {
     PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     PENDULUM_ON_SHAKING_BASE_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     PENDULUM_ON_SHAKING_BASE_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
     PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } pendulum_on_shaking_base_status;
 

@@ -32,7 +32,7 @@ const char *pendulum_on_shaking_base_status_text(pendulum_on_shaking_base_status
     case PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED: return "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps";
     case PENDULUM_ON_SHAKING_BASE_SINGULAR: return "the mass or iteration matrix is singular";
     case PENDULUM_ON_SHAKING_BASE_NOT_FINITE: return "a value became infinite or not a number";
-    case PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT: return "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table";
     case PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
@@ -657,7 +657,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_take_step(const 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
-    return pendulum_on_shaking_base_settings_are_good(settings) ? pendulum_on_shaking_base_take_step(p, settings, state, work, u_table) : PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    if (!pendulum_on_shaking_base_settings_are_good(settings) || state->t + settings->step == state->t)
+        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    return pendulum_on_shaking_base_take_step(p, settings, state, work, u_table);
 }
 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
@@ -665,7 +667,9 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_s
 {
     long k, rows = 0;
     int i;
-    pendulum_on_shaking_base_status status = pendulum_on_shaking_base_settings_are_good(settings) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    if (!pendulum_on_shaking_base_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
     for (k = 0; k < steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
         status = pendulum_on_shaking_base_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != PENDULUM_ON_SHAKING_BASE_OK)

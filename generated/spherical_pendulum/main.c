@@ -50,7 +50,8 @@ static void print_row(const spherical_pendulum_state *state)
     printf("\n");
 }
 
-/* spherical_pendulum [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps t, q, v, vdot as CSV. */
+/* spherical_pendulum [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps, and at the
+ * end, t, q, v, vdot as CSV. A last step that would pass the end is shortened to end there. */
 int main(int argc, char **argv)
 {
     static spherical_pendulum_workspace work;
@@ -59,7 +60,7 @@ int main(int argc, char **argv)
     spherical_pendulum_settings settings;
     spherical_pendulum_status status;
     const char *words[3] = {NULL, NULL, NULL};
-    double duration;
+    double duration, rest;
     long every, steps, k;
     int i, count = 0;
     spherical_pendulum_default_parameters(&p);
@@ -83,6 +84,11 @@ int main(int argc, char **argv)
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
+    rest = duration - (double)settings.step * (double)steps;
+    if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
+        rest = 0.0; /* whole but for rounding */
+    else if (rest < 0.0)
+        rest = duration - (double)settings.step * (double)--steps;
     status = spherical_pendulum_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
     if (status == SPHERICAL_PENDULUM_OK) {
         printf("t");
@@ -97,8 +103,18 @@ int main(int argc, char **argv)
     }
     for (k = 1; k <= steps && status == SPHERICAL_PENDULUM_OK; ++k) {
         status = spherical_pendulum_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
-        if (status == SPHERICAL_PENDULUM_OK && k % every == 0)
+        if (status == SPHERICAL_PENDULUM_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
+    }
+    if (status == SPHERICAL_PENDULUM_OK && rest > 0.0) { /* on a grid of its own */
+        settings.step = (real)rest;
+        state.origin = state.t;
+        state.count = 0;
+        status = spherical_pendulum_step(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
+        if (status == SPHERICAL_PENDULUM_OK) {
+            state.t = (real)duration;
+            print_row(&state);
+        }
     }
     if (status != SPHERICAL_PENDULUM_OK) {
         fprintf(stderr, "%s: stopped at t = %.17g: %s\n", argv[0], (double)state.t, spherical_pendulum_status_text(status));

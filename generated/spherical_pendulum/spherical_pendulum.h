@@ -105,7 +105,7 @@ typedef enum spherical_pendulum_status {
     SPHERICAL_PENDULUM_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
     SPHERICAL_PENDULUM_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
     SPHERICAL_PENDULUM_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4,   /* a setting is out of its range, or an input has neither a formula nor a table */
+    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
     SPHERICAL_PENDULUM_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
 } spherical_pendulum_status;
 

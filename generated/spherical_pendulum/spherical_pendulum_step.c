@@ -110,7 +110,7 @@ const char *spherical_pendulum_status_text(spherical_pendulum_status status)
     case SPHERICAL_PENDULUM_NOT_CONVERGED: return "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps";
     case SPHERICAL_PENDULUM_SINGULAR: return "the mass or iteration matrix is singular";
     case SPHERICAL_PENDULUM_NOT_FINITE: return "a value became infinite or not a number";
-    case SPHERICAL_PENDULUM_BAD_ARGUMENT: return "a setting is out of its range, or an input has neither a formula nor a table";
+    case SPHERICAL_PENDULUM_BAD_ARGUMENT: return "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table";
     case SPHERICAL_PENDULUM_ROTATION_TOO_LARGE: return "a body turns by more than 0.9 of a full turn within one step; reduce the step";
     }
     return "unknown status";
@@ -794,7 +794,9 @@ static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pe
 spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table)
 {
-    return spherical_pendulum_settings_are_good(settings) ? spherical_pendulum_take_step(p, settings, state, work, u_table) : SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
+        return SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    return spherical_pendulum_take_step(p, settings, state, work, u_table);
 }
 
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
@@ -802,7 +804,9 @@ spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parame
 {
     long k, rows = 0;
     int i;
-    spherical_pendulum_status status = spherical_pendulum_settings_are_good(settings) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = SPHERICAL_PENDULUM_BAD_ARGUMENT;
     for (k = 0; k < steps && status == SPHERICAL_PENDULUM_OK; ++k) {
         status = spherical_pendulum_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != SPHERICAL_PENDULUM_OK)

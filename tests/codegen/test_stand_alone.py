@@ -56,6 +56,17 @@ def test_program_runs_as_simulate_does(method: str, formula: bool, tmp_path: Pat
         assert last[:4] == pytest.approx([0.5, solution.q[-1, 0], solution.v[-1, 0], solution.a[-1, 0]], rel=1e-12)
 
 
+@pytest.mark.parametrize("words", [("0.0105", "1e-3", "7"), ("0.4", "1", "1"), ("0.3", "0.1", "2")])
+def test_program_ends_where_it_is_told_to(words: tuple[str, ...], tmp_path: Path) -> None:
+    eomgen.generate(cart(), tmp_path / "c", method="rk4")
+    rows = [line.split(",") for line in run(compiled(tmp_path / "c"), *words, "tilt=0.25").stdout.splitlines()[1:]]
+    end, step, every = (float(word) for word in words)
+    options = {"method": "rk4", "record_every": int(every), "inputs": {"tilt": 0.25}}
+    solution = eomgen.build(cart(), method="rk4", profile="reproducible").simulate(end, step, **options)  # type: ignore[arg-type]
+    assert [float(row[0]) for row in rows] == solution.t.tolist()
+    assert [float(row[1]) for row in rows] == pytest.approx(solution.q[:, 0], rel=1e-13)
+
+
 def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
     eomgen.generate(cart(), tmp_path / "c")
     program = compiled(tmp_path / "c")

@@ -375,6 +375,9 @@ def shaken() -> Model:
 # -- from a model to a running stepper ---------------------------------------------------------------------------------
 
 
+BAD_ARGUMENT = "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table"
+
+
 @dataclass
 class Outcome:
     status: int

@@ -14,6 +14,7 @@ from eomgen.integrators.stepper import integrate
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import SE3
 from tests.integrators.stepper_models import (
+    BAD_ARGUMENT,
     EDGE_PARAMETERS,
     build,
     edge,
@@ -143,6 +144,15 @@ def test_poor_factors_are_renewed(built):
 
 
 @METHODS
+def test_a_step_in_which_time_does_not_move_on_is_refused(built, method):
+    model = heavy_top()
+    stepper = built(model, method)
+    assert stepper.initialize(model.q, model.v, t=1e17, step=0.5).status == 0
+    outcome = stepper.run(3)
+    assert (outcome.status, outcome.text, outcome.state["count"]) == (4, BAD_ARGUMENT, 0)
+
+
+@METHODS
 def test_results_do_not_depend_on_how_a_run_is_cut(built, method):
     model = heavy_top()
     stepper = built(model, method)
@@ -223,7 +233,7 @@ def test_inputs_without_formula_need_a_table(tmp_path, method):
     model.c_text = model.c_text.replace("void tied_inputs", "static inline void unused_inputs")
     stepper = build(tmp_path, model, method, TIED)
     outcome = stepper.initialize(model.q, model.v)
-    assert (outcome.status, outcome.text) == (4, "a setting is out of its range, or an input has neither a formula nor a table")
+    assert (outcome.status, outcome.text) == (4, BAD_ARGUMENT)
     assert stepper.initialize(model.q, model.v, table=np.ones((3, 2))).status == 0
     assert stepper.run(3).status == 4
 

@@ -12,7 +12,7 @@ from eomgen.errors import ModelError, UsageError
 from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
 from eomgen.integrators.specification import default_settings, method_data
 from eomgen.system import Facts
-from tests.integrators.stepper_models import EDGE_PARAMETERS, build, edge, free_motion, tied_body
+from tests.integrators.stepper_models import BAD_ARGUMENT, EDGE_PARAMETERS, build, edge, free_motion, tied_body
 
 ALPHA, RKMK = GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4
 METHODS = pytest.mark.parametrize("method", [ALPHA, RKMK], ids=["alpha", "rkmk"])
@@ -140,7 +140,7 @@ def test_without_halvings_an_attempt_with_a_fresh_matrix_is_the_last(stepper, me
 def test_settings_out_of_range_are_refused(stepper, method, change):
     stepper.settings |= change
     outcome = stepper.initialize([1.0], [0.0])
-    assert (outcome.status, outcome.text) == (4, "a setting is out of its range, or an input has neither a formula nor a table")
+    assert (outcome.status, outcome.text) == (4, BAD_ARGUMENT)
 
 
 @pytest.mark.parametrize("method", [RKMK])
