@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.consistency import Constrained, Redundancy, assemble, redundancy, split_sizes
+from eomgen.integrators.consistency import Constrained, Redundancy, assemble, left_over, redundancy, split_sizes
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import InputSymbol
 
@@ -43,16 +43,26 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     equations = constrained(system)
     found = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
     rows = redundancy(equations, found.q)
-    notes = [f"{system.multipliers[row]} follows from the constraints before it and is left out" for row in rows.dependent]
     prescribed, locked = _without_freedom(system, equations, found.q, rows)
-    notes += [*prescribed, *locked, *found.corrections()]
-    if rows.dependent:  # what contradicts the others by rounding no longer holds them off
+    corrections = found.corrections()
+    if rows.dependent:  # what contradicts the others by a little no longer holds them off
         found = assemble(equations.without(rows.dependent), found.q, found.v)
+    notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections]
     system = derive(terms, rows.dependent)
     return replace(
         system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),
         warnings=(*system.warnings, *locked),
     )  # fmt: skip
+
+
+def _left_out(system: System, equations: Constrained, q: Array, found: Redundancy) -> list[str]:
+    """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly fit."""
+    off = left_over(equations, q, found.dependent)
+    by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
+    return [
+        f"{system.multipliers[row]} follows from the constraints before it and is left out{by.get(row, '')}"
+        for row in found.dependent
+    ]
 
 
 def _without_freedom(system: System, equations: Constrained, q: Array, found: Redundancy) -> tuple[list[str], list[str]]:

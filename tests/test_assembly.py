@@ -95,6 +95,20 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
     assert "lengths and axes that fit" in str(caught.value)
 
 
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+@pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
+def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: str, tilt: float) -> None:
+    """Seven digits are what a drawing has; taken at their word, the rows would lock the loop, or contradict each other."""
+    planar, tilted = made_ready(four_bar(coordinates)), made_ready(four_bar(coordinates, tilt=tilt))
+    assert tilted.multipliers == planar.multipliers
+    np.testing.assert_allclose(tilted.initial_q, planar.initial_q, rtol=0, atol=tilt)
+    np.testing.assert_allclose(tilted.initial_v, planar.initial_v, rtol=0, atol=10.0 * tilt)
+    said = (
+        f"loop: z stays perpendicular to y follows from the constraints before it and is left out, though it is off by {tilt:.3g}"
+    )
+    assert said in tilted.notes
+
+
 def test_an_axis_out_of_the_plane_is_a_contradiction() -> None:
     with pytest.raises(ModelError, match="loop: z stays perpendicular to y"):
         made_ready(four_bar(tilt=math.radians(5.0)))

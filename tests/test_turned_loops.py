@@ -145,9 +145,9 @@ def test_a_start_in_other_units(loop: str, coordinates: str, rng: np.random.Gene
 
 
 def test_a_loop_that_opens_by_a_part_of_its_size_is_refused_in_any_units_and_anywhere() -> None:
-    """A coupler too short by 2e-7 of the ground's length, where nothing can turn to make up for it."""
+    """A coupler too short by 2e-6 of the ground's length, where nothing can turn to make up for it."""
     for units in (UnitsOf(), *DECIMAL[-2:]):
-        scene = in_these(four_bar("revolute", (0.1, 0.2, 0.1 - 2e-7, 0.4), (0.0, 0.0, np.pi)), units)
+        scene = in_these(four_bar("revolute", (0.1, 0.2, 0.1 - 2e-6, 0.4), (0.0, 0.0, np.pi)), units)
         for shift in (0.0, 1e5):
             moved = {**scene, "joints": {name: dict(joint) for name, joint in scene["joints"].items()}}
             for name in ("drive", "support"):

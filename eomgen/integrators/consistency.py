@@ -27,11 +27,12 @@ EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to: what they are, and
 #: where they are sought no more because they can be no more.
 ROUNDING, WORST_ROUNDING = 4.0, 1e4
-#: Violations above this part of the extent are a contradiction; what a guess was off by is told above the second.
-CONTRADICTION, TOLD = 1e-8, 1e-10
+#: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more; what a guess
+#: was off by is told above the second.
+CONTRADICTION, TOLD = 1e-6, 1e-10
 #: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
 #: to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go first.
-REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-8, 1e-4, 1e-3
+REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-6, 1e-4, 1e-3
 #: What is left of a row that vanishes but for rounding, in units of the last place of its summands.
 VANISHING = 4096.0
 #: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others: corrections
@@ -219,6 +220,12 @@ class _Rows:
         rows = self.weighed[:count][says] * weights[:, np.newaxis]
         along = np.linalg.lstsq(rows, violation[says] * weights, rcond=SINGULAR)[0]
         return np.asarray(np.linalg.solve(self.metric.T, along))
+
+
+def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
+    """Return what the given rows are off by at a configuration, where that is more than rounding."""
+    violation, limits = system.constraint(q, t), TOLD * _Rows(system, q, t).scale
+    return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
 
 def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
