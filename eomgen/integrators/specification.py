@@ -53,6 +53,10 @@ class SystemLike(Protocol):
     @property
     def holonomic(self) -> int: ...
     @property
+    def row_units(self) -> Any: ...
+    @property
+    def angular(self) -> Any: ...
+    @property
     def turning(self) -> Any: ...
     @property
     def positions(self) -> int: ...
@@ -140,6 +144,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
     if isinstance(method, PartitionedRungeKutta):
         data |= {
             "unknowns": {"v": _nv(system), "lam": len(system.multipliers), "holonomic": system.holonomic, "eta": 0},
+            "angular": [int(turns) for turns in system.angular],
+            "lengths": [int(unit != "1") for unit in system.row_units],
             "largest_gain": LARGEST_GAIN,
             "good_gain": GOOD_GAIN,
             "smallest_pivot": SMALLEST_PIVOT,
@@ -161,7 +167,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
 
 def _check_functions(method: Method, system: SystemLike) -> None:
     if isinstance(method, PartitionedRungeKutta):
-        needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian"}
+        needed = {"mass", "residual", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"}
         needed |= {"constraint"} if system.holonomic else set()
     elif isinstance(method, Taylor | Hermite):
         needed = {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}

@@ -26,7 +26,7 @@ from tests.integrators.stepper_models import Stepper, rotation, skew
 #: What a stepper of a constrained scene calls, and what the oracle needs besides.
 TERMS = (
     "residual", "partials", "forward_dynamics", "equations", "iteration", "jacobian_values", "mass",
-    "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian",
+    "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size",
 )  # fmt: skip
 
 FAST, SLOW = (0.0, 150.0, -4.61538), (0.0, 1.5, -0.0461538)
