@@ -62,7 +62,7 @@ class Library:
         self.layout = layout
         self.mode = mode
         self.folder = folder = file.parent
-        self.real = ffi.string(lib.eomgen_real()).decode()
+        self.real = ffi.string(lib.eomgen_number_type()).decode()
         self.fingerprint = ffi.string(lib.eomgen_fingerprint()).decode()
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
         self.digest = hashlib.sha256(file.read_bytes()).hexdigest()

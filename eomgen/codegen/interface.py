@@ -13,7 +13,7 @@ from eomgen.integrators.specification import STEPPER_CDEF
 #: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
 INTERFACE_CDEF = f"""\
 const char *eomgen_fingerprint(void);
-const char *eomgen_real(void);
+const char *eomgen_number_type(void);
 long eomgen_size(int what);
 int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
 {STEPPER_CDEF}"""

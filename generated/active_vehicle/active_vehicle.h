@@ -37,79 +37,79 @@ extern "C" {
 
 /* Tunable parameters. */
 typedef struct {
-    real p_damper_front; /* damper_front (N s/m) */
-    real p_damper_rear; /* damper_rear (N s/m) */
-    real p_skyhook; /* skyhook (N s/m): actuator force per vertical velocity of the body_s corner; 0 is the passive car */
-    real p_coherence; /* coherence: of the right track with the left; 1 lets both wheels of an axle see the same road */
+    eomgen_real p_damper_front; /* damper_front (N s/m) */
+    eomgen_real p_damper_rear; /* damper_rear (N s/m) */
+    eomgen_real p_skyhook; /* skyhook (N s/m): actuator force per vertical velocity of the body_s corner; 0 is the passive car */
+    eomgen_real p_coherence; /* coherence: of the right track with the left; 1 lets both wheels of an axle see the same road */
 } active_vehicle_parameters;
 
 /* Fill the parameters with the values of the scene. */
 void active_vehicle_default_parameters(active_vehicle_parameters *p);
 
 /* Fill the state at which the scene starts; z may be a null pointer in a model without internal states. */
-void active_vehicle_initial_state(real *q, real *v, real *z);
+void active_vehicle_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z);
 
 /* inertia matrix M(q), symmetric, full
  *   M [7 x 7]  inertia matrix
  *   2 additions, 2 multiplications, 0 divisions, 1 functions */
-void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real *M);
+void active_vehicle_mass(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [7]  nonlinear coupling vector
  *   2 additions, 11 multiplications, 0 divisions, 2 functions */
-void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, const real *v, real *h);
+void active_vehicle_coupling(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [7]  generalized force
  *   152 additions, 175 multiplications, 4 divisions, 10 functions */
-void active_vehicle_force(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *Q);
+void active_vehicle_force(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [7]  generalized force that the motion a needs
  *   168 additions, 190 multiplications, 4 divisions, 10 functions */
-void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *tau);
+void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [7]  time derivative of v
  *   158 additions, 191 multiplications, 5 divisions, 10 functions */
-void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *vdot);
+void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [7]  residual
  *   168 additions, 190 multiplications, 4 divisions, 10 functions */
-void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *r);
+void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [7 x 7]  d residual / dq, left-trivialised
  *   C [7 x 7]  d residual / dv
  *   M [7 x 7]  d residual / da
  *   797 additions, 1094 multiplications, 8 divisions, 8 functions */
-void active_vehicle_partials(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *K, real *C, real *M);
+void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [7 x 7]  quaternion (w, x, y, z) and position of each body
  *   1 additions, 6 multiplications, 0 divisions, 4 functions */
-void active_vehicle_poses(const active_vehicle_parameters *p, const real *q, real *pose);
+void active_vehicle_poses(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [7 x 6]  angular and linear velocity of each body
  *   0 additions, 6 multiplications, 0 divisions, 4 functions */
-void active_vehicle_twists(const active_vehicle_parameters *p, const real *q, const real *v, real *twist);
+void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [22]  named outputs, in order
  *   141 additions, 178 multiplications, 4 divisions, 10 functions */
-void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *y);
+void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   121 additions, 154 multiplications, 4 divisions, 10 functions */
-void active_vehicle_energy(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *energy);
+void active_vehicle_energy(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *energy);
 
 /* inputs given by the scene
  *   u [4]  inputs
  *   1600 additions, 1600 multiplications, 0 divisions, 800 functions */
-void active_vehicle_inputs(const active_vehicle_parameters *p, real t, real *u);
+void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eomgen_real *u);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
@@ -124,9 +124,9 @@ typedef enum active_vehicle_status {
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
-    real step;           /* s, fixed */
-    real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real step;           /* s, fixed */
+    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -134,28 +134,28 @@ typedef struct active_vehicle_settings {
 
 typedef struct active_vehicle_statistics {
     long steps, newton_iterations, factorizations, halvings, evaluations;
-    real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
 } active_vehicle_statistics;
 
 /* What accelerations were evaluated with, beside t, q and v. */
 typedef struct active_vehicle_conditions {
-    real u[4]; /* inputs; not a number: those of the scene's formulas */
+    eomgen_real u[4]; /* inputs; not a number: those of the scene's formulas */
     active_vehicle_parameters parameters;
 } active_vehicle_conditions;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct active_vehicle_state {
-    real t;
-    real q[7];
-    real v[7];
-    real vdot[7];
-    real a[7];  /* algorithmic acceleration */
-    real a_before[14];  /* those of the last two steps, newest first, for predictions */
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[7];
+    eomgen_real vdot[7];
+    eomgen_real a[7];  /* algorithmic acceleration */
+    eomgen_real a_before[14];  /* those of the last two steps, newest first, for predictions */
     long known;       /* how many steps there are to predict from, at most 3 */
     long order;       /* of the polynomial that would have predicted the last step best */
-    real rho_inf;     /* a belongs to it and to step */
-    real step;        /* t = origin + count * step */
-    real origin;
+    eomgen_real rho_inf;     /* a belongs to it and to step */
+    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real origin;
     long count;
     active_vehicle_statistics statistics;
     active_vehicle_conditions conditions; /* of vdot; last, because steps copy what comes before it */
@@ -163,36 +163,36 @@ typedef struct active_vehicle_state {
 
 /* Coefficients for a spectral radius at infinite frequency. */
 typedef struct active_vehicle_coefficients {
-    real rho_inf;
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+    eomgen_real rho_inf;
+    eomgen_real alpha_m, alpha_f, beta, gamma;
+    eomgen_real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    eomgen_real g; /* gamma/beta: d v/d increment */
+    eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } active_vehicle_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct active_vehicle_workspace {
-    real u[4];
-    real q[7];
-    real v[7];
-    real vdot[7];
-    real unknown[7];      /* E, step lam */
-    real increment[7];     /* the exponent is step * increment */
-    real right[7], solution[7], per_tolerance[7], round_off;
-    real numbers[147];     /* of the partials, and their products with T */
-    real tangents[1];
-    real entries[37];     /* nonzeros of the iteration matrix */
-    real factors[37];
+    eomgen_real u[4];
+    eomgen_real q[7];
+    eomgen_real v[7];
+    eomgen_real vdot[7];
+    eomgen_real unknown[7];      /* E, step lam */
+    eomgen_real increment[7];     /* the exponent is step * increment */
+    eomgen_real right[7], solution[7], per_tolerance[7], round_off;
+    eomgen_real numbers[147];     /* of the partials, and their products with T */
+    eomgen_real tangents[1];
+    eomgen_real entries[37];     /* nonzeros of the iteration matrix */
+    eomgen_real factors[37];
     int whole;                /* the factors in use are those of the whole matrix */
     int pivot[7];
-    real matrix[49];
+    eomgen_real matrix[49];
     active_vehicle_coefficients coefficients;
-    real factored_step;       /* step that the factors belong to, 0 when there are none */
-    real factored_rho_inf;
-    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_rho_inf;
+    eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
-    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } active_vehicle_workspace;
 
@@ -208,7 +208,7 @@ void active_vehicle_default_state(active_vehicle_state *state);
 /* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, const real *u_table);
+    active_vehicle_workspace *work, const eomgen_real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
@@ -216,12 +216,12 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
  * starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go on.
  * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, const real *u_table);
+    active_vehicle_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
  * 22 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
-    long steps, long record_every, const real *u_table, real *record, long *recorded);
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
 #ifdef __cplusplus
 }

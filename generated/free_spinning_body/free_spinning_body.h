@@ -38,64 +38,64 @@ typedef struct {
 void free_spinning_body_default_parameters(free_spinning_body_parameters *p);
 
 /* Fill the state at which the scene starts; z may be a null pointer in a model without internal states. */
-void free_spinning_body_initial_state(real *q, real *v, real *z);
+void free_spinning_body_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z);
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_mass(const real *q, real *M);
+void free_spinning_body_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
  *   4 additions, 16 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_coupling(const real *q, const real *v, real *h);
+void free_spinning_body_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_force(const real *q, const real *v, real *Q);
+void free_spinning_body_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
  *   11 additions, 16 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_inverse_dynamics(const real *q, const real *v, const real *a, real *tau);
+void free_spinning_body_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [6]  time derivative of v
  *   4 additions, 12 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_forward_dynamics(const real *q, const real *v, real *vdot);
+void free_spinning_body_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
  *   11 additions, 16 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_residual(const real *q, const real *v, const real *a, real *r);
+void free_spinning_body_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
  *   9 additions, 17 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_partials(const real *q, const real *v, const real *a, real *K, real *C, real *M);
+void free_spinning_body_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_poses(const real *q, real *pose);
+void free_spinning_body_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_twists(const real *q, const real *v, real *twist);
+void free_spinning_body_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [7]  named outputs, in order
  *   13 additions, 25 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_outputs(const real *q, const real *v, real *y);
+void free_spinning_body_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   6 additions, 15 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_energy(const real *q, const real *v, real *energy);
+void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
@@ -110,9 +110,9 @@ typedef enum free_spinning_body_status {
 } free_spinning_body_status;
 
 typedef struct free_spinning_body_settings {
-    real step;           /* s, fixed */
-    real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real step;           /* s, fixed */
+    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -120,58 +120,58 @@ typedef struct free_spinning_body_settings {
 
 typedef struct free_spinning_body_statistics {
     long steps, newton_iterations, factorizations, halvings, evaluations;
-    real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
 } free_spinning_body_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct free_spinning_body_state {
-    real t;
-    real q[7];
-    real v[6];
-    real vdot[6];
-    real a[6];  /* algorithmic acceleration */
-    real a_before[12];  /* those of the last two steps, newest first, for predictions */
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
+    eomgen_real a[6];  /* algorithmic acceleration */
+    eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
     long known;       /* how many steps there are to predict from, at most 3 */
     long order;       /* of the polynomial that would have predicted the last step best */
-    real rho_inf;     /* a belongs to it and to step */
-    real step;        /* t = origin + count * step */
-    real origin;
+    eomgen_real rho_inf;     /* a belongs to it and to step */
+    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real origin;
     long count;
     free_spinning_body_statistics statistics;
 } free_spinning_body_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
 typedef struct free_spinning_body_coefficients {
-    real rho_inf;
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+    eomgen_real rho_inf;
+    eomgen_real alpha_m, alpha_f, beta, gamma;
+    eomgen_real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    eomgen_real g; /* gamma/beta: d v/d increment */
+    eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } free_spinning_body_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct free_spinning_body_workspace {
-    real u[1];
-    real q[7];
-    real v[6];
-    real vdot[6];
-    real unknown[6];      /* E, step lam */
-    real increment[6];     /* the exponent is step * increment */
-    real right[6], solution[6], per_tolerance[6], round_off;
-    real numbers[108];     /* of the partials, and their products with T */
-    real tangents[1];
-    real entries[24];     /* nonzeros of the iteration matrix */
-    real factors[26];
+    eomgen_real u[1];
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
+    eomgen_real unknown[6];      /* E, step lam */
+    eomgen_real increment[6];     /* the exponent is step * increment */
+    eomgen_real right[6], solution[6], per_tolerance[6], round_off;
+    eomgen_real numbers[108];     /* of the partials, and their products with T */
+    eomgen_real tangents[1];
+    eomgen_real entries[24];     /* nonzeros of the iteration matrix */
+    eomgen_real factors[26];
     int whole;                /* the factors in use are those of the whole matrix */
     int pivot[6];
-    real matrix[36];
+    eomgen_real matrix[36];
     free_spinning_body_coefficients coefficients;
-    real factored_step;       /* step that the factors belong to, 0 when there are none */
-    real factored_rho_inf;
-    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_rho_inf;
+    eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
-    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } free_spinning_body_workspace;
 
@@ -187,18 +187,18 @@ void free_spinning_body_default_state(free_spinning_body_state *state);
 /* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const real *u_table);
+    free_spinning_body_workspace *work, const eomgen_real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call free_spinning_body_initialize. */
 free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const real *u_table);
+    free_spinning_body_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
  * 20 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
-    long steps, long record_every, const real *u_table, real *record, long *recorded);
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
 #ifdef __cplusplus
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define EOMGEN_SHORT_NAMES
 #include "free_spinning_body.h"
 
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)

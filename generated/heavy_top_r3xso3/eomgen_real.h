@@ -1,4 +1,4 @@
-/* The number type `real` and the arithmetic that generated code is written in.
+/* The number type `eomgen_real` and the arithmetic that generated code is written in.
  *
  * SPDX-License-Identifier: MIT
  *
@@ -8,6 +8,9 @@
  *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
  *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane
  *
+ * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a model say
+ * EOMGEN_SHORT_NAMES first and write `real` and K(constant).
+ *
  * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches on a value
  * or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
  */
@@ -15,21 +18,21 @@
 #define EOMGEN_REAL_H
 
 #if defined(EOMGEN_REAL_FLOAT)
-typedef float real;
+typedef float eomgen_real;
 #define EG_LANES 1
 #define EG_REAL_NAME "float"
 #elif defined(EOMGEN_REAL_COMPLEX)
 #include <complex.h>
 #undef I
-typedef double _Complex real;
+typedef double _Complex eomgen_real;
 #define EG_LANES 1
 #define EG_REAL_NAME "complex"
 #elif defined(EOMGEN_REAL_LANES)
 #define EG_LANES 8
 #define EG_REAL_NAME "lanes"
-typedef double real __attribute__((vector_size(64)));
+typedef double eomgen_real __attribute__((vector_size(64)));
 #else
-typedef double real;
+typedef double eomgen_real;
 #define EG_LANES 1
 #define EG_REAL_NAME "double"
 #define EG_REAL_IS_DOUBLE 1
@@ -44,7 +47,7 @@ typedef double real;
 /* -- bits of doubles ----------------------------------------------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
-typedef real eg_wide;
+typedef eomgen_real eg_wide;
 typedef uint64_t eg_bits __attribute__((vector_size(64)));
 #define EG_WIDE(c) ((eg_wide){(c), (c), (c), (c), (c), (c), (c), (c)})
 #define EG_MASK(condition) ((eg_bits)(condition))
@@ -126,11 +129,11 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 /* -- double ---------------------------------------------------------------------------------------------------------- */
 
 #if defined(EG_REAL_IS_DOUBLE)
-#define K(c) (c)
-static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline real eg_lt(real x, real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_le(real x, real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_select(real c, real x, real y) { return eg_choose(c, x, y); }
+#define EG_C(c) (c)
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
 #define EG_SQRT(x) sqrt(x)
 #define EG_TAN(x) tan(x)
 #define EG_ASIN(x) asin(x)
@@ -150,17 +153,17 @@ static inline real eg_select(real c, real x, real y) { return eg_choose(c, x, y)
 /* -- float: sine and cosine are those of double, rounded ------------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_FLOAT)
-#define K(c) ((float)(c))
-static inline void eg_sincos(real x, real *sine, real *cosine)
+#define EG_C(c) ((float)(c))
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
 {
     double s, c;
     eg_sincos_wide((double)x, &s, &c);
     *sine = (float)s;
     *cosine = (float)c;
 }
-static inline real eg_lt(real x, real y) { return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_le(real x, real y) { return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_select(real c, real x, real y) { return (float)eg_choose((double)c, (double)x, (double)y); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return (float)eg_choose((double)c, (double)x, (double)y); }
 #define EG_SQRT(x) sqrtf(x)
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
@@ -180,17 +183,17 @@ static inline real eg_select(real c, real x, real y) { return (float)eg_choose((
 /* -- complex: comparisons look at real parts; every function is the analytic one around them -------------------------- */
 
 #if defined(EOMGEN_REAL_COMPLEX)
-#define K(c) ((real)(c))
-static inline real eg_complex(double re, double im)
+#define EG_C(c) ((eomgen_real)(c))
+static inline eomgen_real eg_complex(double re, double im)
 {
     double parts[2];
-    real z;
+    eomgen_real z;
     parts[0] = re;
     parts[1] = im;
     memcpy(&z, parts, sizeof z);
     return z;
 }
-static inline void eg_sincos(real x, real *sine, real *cosine)
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
 {
     double s, c;
     const double sh = sinh(cimag(x)), ch = cosh(cimag(x));
@@ -198,24 +201,24 @@ static inline void eg_sincos(real x, real *sine, real *cosine)
     *sine = eg_complex(s * ch, c * sh);
     *cosine = eg_complex(c * ch, -(s * sh));
 }
-static inline real eg_lt(real x, real y) { return (real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y))); }
-static inline real eg_le(real x, real y) { return (real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y))); }
-static inline real eg_select(real c, real x, real y)
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return (eomgen_real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return (eomgen_real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 {
     return eg_complex(eg_choose(creal(c), creal(x), creal(y)), eg_choose(creal(c), cimag(x), cimag(y)));
 }
-static inline real eg_abs(real x) { return eg_select(eg_lt(x, K(0.0)), -x, x); }
+static inline eomgen_real eg_abs(eomgen_real x) { return eg_select(eg_lt(x, EG_C(0.0)), -x, x); }
 /* The angle of (x, y) turned back by that of the real parts is small, so its arc tangent is on the right branch. */
-static inline real eg_atan2(real y, real x)
+static inline eomgen_real eg_atan2(eomgen_real y, eomgen_real x)
 {
     const double angle = atan2(creal(y), creal(x)), c = cos(angle), s = sin(angle);
     return angle + catan((y * c - x * s) / (x * c + y * s));
 }
 /* x^y through the real parts, so that a negative base with an integer exponent stays exact. */
-static inline real eg_pow(real x, real y)
+static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 {
     const double a = creal(x), b = creal(y);
-    real value = (real)pow(a, b);
+    eomgen_real value = (eomgen_real)pow(a, b);
     if (cimag(x) != 0.0) {
         value *= cexp(y * clog(x / a));
     }
@@ -243,17 +246,17 @@ static inline real eg_pow(real x, real y)
 /* -- lanes: elementary functions other than sine and cosine go lane by lane through <math.h> -------------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
-#define K(c) EG_WIDE(c)
+#define EG_C(c) EG_WIDE(c)
 #define EG_LANE(x, lane) ((x)[lane])
-static inline void eg_sincos(real x, real *sine, real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline real eg_lt(real x, real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_le(real x, real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
-static inline real eg_select(real c, real x, real y) { return eg_choose(c, x, y); }
-static inline real eg_abs(real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
+static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
 #define EG_DEFINE_LANEWISE(name, function)                                                                              \
-    static inline real name(real x)                                                                                    \
+    static inline eomgen_real name(eomgen_real x)                                                                                    \
     {                                                                                                                  \
-        real y = x;                                                                                                    \
+        eomgen_real y = x;                                                                                                    \
         int lane;                                                                                                      \
         for (lane = 0; lane < EG_LANES; ++lane) {                                                                      \
             y[lane] = function(x[lane]);                                                                               \
@@ -261,9 +264,9 @@ static inline real eg_abs(real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C
         return y;                                                                                                      \
     }
 #define EG_DEFINE_LANEWISE_PAIR(name, function)                                                                         \
-    static inline real name(real x, real y)                                                                            \
+    static inline eomgen_real name(eomgen_real x, eomgen_real y)                                                                            \
     {                                                                                                                  \
-        real z = x;                                                                                                    \
+        eomgen_real z = x;                                                                                                    \
         int lane;                                                                                                      \
         for (lane = 0; lane < EG_LANES; ++lane) {                                                                      \
             z[lane] = function(x[lane], y[lane]);                                                                      \
@@ -299,22 +302,22 @@ EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
 
 /* -- the same for every type ------------------------------------------------------------------------------------------ */
 
-static inline real eg_sin(real x)
+static inline eomgen_real eg_sin(eomgen_real x)
 {
-    real s, c;
+    eomgen_real s, c;
     eg_sincos(x, &s, &c);
     return s;
 }
-static inline real eg_cos(real x)
+static inline eomgen_real eg_cos(eomgen_real x)
 {
-    real s, c;
+    eomgen_real s, c;
     eg_sincos(x, &s, &c);
     return c;
 }
 /* Not a number stays so through each of these: a curve that is left must stop the run, not vanish in max(0, curve). */
-static inline real eg_sign(real x) { return eg_lt(K(0.0), x) - eg_lt(x, K(0.0)); }
-static inline real eg_min(real x, real y) { return eg_select(eg_lt(y, x), y, x); }
-static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y), y, x); }
+static inline eomgen_real eg_sign(eomgen_real x) { return eg_lt(EG_C(0.0), x) - eg_lt(x, EG_C(0.0)); }
+static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(y, x), y, x); }
+static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
 #define EG_SIN(x) eg_sin(x)
@@ -325,6 +328,11 @@ static inline real eg_max(real x, real y) { return eg_select(eg_lt(x, y), y, x);
 #define EG_SIGN(x) eg_sign(x)
 #define EG_MIN(x, y) eg_min(x, y)
 #define EG_MAX(x, y) eg_max(x, y)
+
+#if defined(EOMGEN_SHORT_NAMES)
+typedef eomgen_real real;
+#define K(c) EG_C(c)
+#endif
 
 #endif /* __cplusplus */
 #endif /* EOMGEN_REAL_H */

@@ -39,77 +39,77 @@ typedef struct {
 void heavy_top_r3xso3_default_parameters(heavy_top_r3xso3_parameters *p);
 
 /* Fill the state at which the scene starts; z may be a null pointer in a model without internal states. */
-void heavy_top_r3xso3_initial_state(real *q, real *v, real *z);
+void heavy_top_r3xso3_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z);
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_mass(const real *q, real *M);
+void heavy_top_r3xso3_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
  *   0 additions, 4 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_coupling(const real *q, const real *v, real *h);
+void heavy_top_r3xso3_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_force(const real *q, const real *v, real *Q);
+void heavy_top_r3xso3_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
  *   3 additions, 8 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_inverse_dynamics(const real *q, const real *v, const real *a, real *tau);
+void heavy_top_r3xso3_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
  *   61 additions, 67 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_residual(const real *q, const real *v, const real *a, const real *lam, real *r);
+void heavy_top_r3xso3_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
  *   103 additions, 99 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, const real *lam, real *K, real *C, real *M);
+void heavy_top_r3xso3_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* holonomic constraints Phi(q, t), zero where they are met
  *   Phi [3]  holonomic constraints
  *   21 additions, 27 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_constraint(const real *q, real *Phi);
+void heavy_top_r3xso3_constraint(const eomgen_real *q, eomgen_real *Phi);
 
 /* rates of the holonomic constraints, and velocity-level constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
  *   42 additions, 54 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_constraint_velocity(const real *q, const real *v, real *w_out);
+void heavy_top_r3xso3_constraint_velocity(const eomgen_real *q, const eomgen_real *v, eomgen_real *w_out);
 
 /* what is left of the constraints_ accelerations when vdot = 0
  *   g [3]  rate of the velocity rows at vdot = 0
  *   69 additions, 81 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_constraint_bias(const real *q, const real *v, real *g);
+void heavy_top_r3xso3_constraint_bias(const eomgen_real *q, const eomgen_real *v, eomgen_real *g);
 
 /* B: derivative of the constraints along w is B w, left-trivialised
  *   B [3 x 6]  constraint Jacobian, left-trivialised
  *   41 additions, 42 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_constraint_jacobian(const real *q, real *B);
+void heavy_top_r3xso3_constraint_jacobian(const eomgen_real *q, eomgen_real *B);
 
 /* what the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes
  *   size [3]  what the magnitudes of the summands of each of Phi add up to, in its unit
  *   extent [3]  way along the loop that each row closes, m
  *   3 additions, 0 multiplications, 0 divisions, 3 functions */
-void heavy_top_r3xso3_constraint_size(const real *q, real *size, real *extent);
+void heavy_top_r3xso3_constraint_size(const eomgen_real *q, eomgen_real *size, eomgen_real *extent);
 
 /* left-trivialised partials in q of the constraints_ rates
  *   Z [3 x 6]  left-trivialised partials in q of the velocity rows
  *   117 additions, 126 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_velocity_partials(const real *q, const real *v, real *Z);
+void heavy_top_r3xso3_velocity_partials(const eomgen_real *q, const eomgen_real *v, eomgen_real *Z);
 
 /* residual, constraints and their rates together
  *   r [6]  residual
  *   Phi [3]  holonomic constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
  *   90 additions, 103 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, const real *lam, real *r, real *Phi, real *w_out);
+void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *r, eomgen_real *Phi, eomgen_real *w_out);
 
 /* nonzeros of all partials of an implicit step together
  *   K [27]  nonzeros of K: d residual / dq, left-trivialised
@@ -118,32 +118,32 @@ void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, con
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
  *   Z [18]  nonzeros of Z: left-trivialised partials in q of the velocity rows
  *   205 additions, 207 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_iteration(const real *q, const real *v, const real *a, const real *lam, real *K, real *C, real *M, real *B, real *Z);
+void heavy_top_r3xso3_iteration(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M, eomgen_real *B, eomgen_real *Z);
 
 /* nonzeros of B
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
  *   41 additions, 42 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_jacobian_values(const real *q, real *B);
+void heavy_top_r3xso3_jacobian_values(const eomgen_real *q, eomgen_real *B);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
  *   7 additions, 9 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_poses(const real *q, real *pose);
+void heavy_top_r3xso3_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
  *   20 additions, 27 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_twists(const real *q, const real *v, real *twist);
+void heavy_top_r3xso3_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
  *   25 additions, 43 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_outputs(const real *q, const real *v, real *y);
+void heavy_top_r3xso3_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   24 additions, 43 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_energy(const real *q, const real *v, real *energy);
+void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups, stabilised index 2 ---- */
 
@@ -159,9 +159,9 @@ typedef enum heavy_top_r3xso3_status {
 } heavy_top_r3xso3_status;
 
 typedef struct heavy_top_r3xso3_settings {
-    real step;           /* s, fixed */
-    real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    real rtol, atol;     /* on the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS */
+    eomgen_real step;           /* s, fixed */
+    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -169,67 +169,67 @@ typedef struct heavy_top_r3xso3_settings {
 
 typedef struct heavy_top_r3xso3_statistics {
     long steps, newton_iterations, factorizations, halvings, evaluations;
-    real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
-    real max_constraint, max_constraint_velocity; /* largest |Phi| and |w| of the states recorded, and of the last one */
-    real max_eta;        /* largest multiplier of the velocity constraints; it is O(step^2) */
-    real pivot_ratio;    /* largest by smallest pivot of the last iteration matrix */
+    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_constraint, max_constraint_velocity; /* largest |Phi| and |w| of the states recorded, and of the last one */
+    eomgen_real max_eta;        /* largest multiplier of the velocity constraints; it is O(step^2) */
+    eomgen_real pivot_ratio;    /* largest by smallest pivot of the last iteration matrix */
 } heavy_top_r3xso3_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct heavy_top_r3xso3_state {
-    real t;
-    real q[7];
-    real v[6];
-    real vdot[6];
-    real lam[3];  /* multipliers: constraint forces are -B^T lam */
-    real a[6];  /* algorithmic acceleration */
-    real eta[3];  /* multipliers of the velocity constraints */
-    real a_before[12];  /* those of the last two steps, newest first, for predictions */
-    real lam_before[6];
+    eomgen_real t;
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
+    eomgen_real lam[3];  /* multipliers: constraint forces are -B^T lam */
+    eomgen_real a[6];  /* algorithmic acceleration */
+    eomgen_real eta[3];  /* multipliers of the velocity constraints */
+    eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
+    eomgen_real lam_before[6];
     long known;       /* how many steps there are to predict from, at most 3 */
     long order;       /* of the polynomial that would have predicted the last step best */
-    real rho_inf;     /* a belongs to it and to step */
-    real step;        /* t = origin + count * step */
-    real origin;
+    eomgen_real rho_inf;     /* a belongs to it and to step */
+    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real origin;
     long count;
     heavy_top_r3xso3_statistics statistics;
 } heavy_top_r3xso3_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
 typedef struct heavy_top_r3xso3_coefficients {
-    real rho_inf;
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+    eomgen_real rho_inf;
+    eomgen_real alpha_m, alpha_f, beta, gamma;
+    eomgen_real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    eomgen_real g; /* gamma/beta: d v/d increment */
+    eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } heavy_top_r3xso3_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct heavy_top_r3xso3_workspace {
-    real u[1];
-    real q[7];
-    real v[6];
-    real vdot[6];
-    real lam[3];
-    real rate[3];
-    real unknown[12];      /* E, step lam, eta */
-    real increment[6];     /* the exponent is step * increment */
-    real right[15], solution[12], per_tolerance[12], round_off, slack;
-    real jacobian[17];     /* nonzeros of B at the start of the step */
-    real numbers[108];     /* of the partials, and their products with T */
-    real tangents[9];
-    real entries[101];     /* nonzeros of the iteration matrix */
-    real factors[104];
+    eomgen_real u[1];
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
+    eomgen_real lam[3];
+    eomgen_real rate[3];
+    eomgen_real unknown[12];      /* E, step lam, eta */
+    eomgen_real increment[6];     /* the exponent is step * increment */
+    eomgen_real right[15], solution[12], per_tolerance[12], round_off, slack;
+    eomgen_real jacobian[17];     /* nonzeros of B at the start of the step */
+    eomgen_real numbers[108];     /* of the partials, and their products with T */
+    eomgen_real tangents[9];
+    eomgen_real entries[101];     /* nonzeros of the iteration matrix */
+    eomgen_real factors[104];
     int whole;                /* the factors in use are those of the whole matrix */
     int pivot[12];
-    real matrix[144];
+    eomgen_real matrix[144];
     heavy_top_r3xso3_coefficients coefficients;
-    real factored_step;       /* step that the factors belong to, 0 when there are none */
-    real factored_rho_inf;
-    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_rho_inf;
+    eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
-    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } heavy_top_r3xso3_workspace;
 
@@ -246,18 +246,18 @@ void heavy_top_r3xso3_default_state(heavy_top_r3xso3_state *state);
  * q and v are brought onto the constraints first, by the nearest change in the metric of M.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, const real *u_table);
+    heavy_top_r3xso3_workspace *work, const eomgen_real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call heavy_top_r3xso3_initialize. */
 heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, const real *u_table);
+    heavy_top_r3xso3_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot, lam) of
  * 23 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
-    long steps, long record_every, const real *u_table, real *record, long *recorded);
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
 #ifdef __cplusplus
 }

@@ -36,85 +36,85 @@ typedef struct {
 
 /* State of the base: twists and their derivatives in base axes. */
 typedef struct {
-    real quaternion[4]; /* orientation of the base (w, x, y, z), base axes to world axes */
-    real position[3]; /* origin of the base in world axes, m */
-    real omega[3]; /* angular velocity in base axes, rad/s */
-    real velocity[3]; /* velocity of the origin in base axes, m/s */
-    real omega_dot[3]; /* time derivative of omega, rad/s^2 */
-    real velocity_dot[3]; /* time derivative of the components of velocity, m/s^2 */
+    eomgen_real quaternion[4]; /* orientation of the base (w, x, y, z), base axes to world axes */
+    eomgen_real position[3]; /* origin of the base in world axes, m */
+    eomgen_real omega[3]; /* angular velocity in base axes, rad/s */
+    eomgen_real velocity[3]; /* velocity of the origin in base axes, m/s */
+    eomgen_real omega_dot[3]; /* time derivative of omega, rad/s^2 */
+    eomgen_real velocity_dot[3]; /* time derivative of the components of velocity, m/s^2 */
 } pendulum_on_shaking_base_base_state;
 
 /* Fill the parameters with the values of the scene. */
 void pendulum_on_shaking_base_default_parameters(pendulum_on_shaking_base_parameters *p);
 
 /* Fill the state at which the scene starts; z may be a null pointer in a model without internal states. */
-void pendulum_on_shaking_base_initial_state(real *q, real *v, real *z);
+void pendulum_on_shaking_base_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z);
 
 /* inertia matrix M(q), symmetric, full
  *   M [1 x 1]  inertia matrix
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void pendulum_on_shaking_base_mass(const real *q, real *M);
+void pendulum_on_shaking_base_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [1]  nonlinear coupling vector
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void pendulum_on_shaking_base_coupling(const real *q, const real *v, real *h);
+void pendulum_on_shaking_base_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [1]  generalized force
  *   0 additions, 1 multiplications, 0 divisions, 1 functions */
-void pendulum_on_shaking_base_force(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *Q);
+void pendulum_on_shaking_base_force(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *Q);
 
 /* base-motion terms b: inertia terms that vanish when the base is at rest
  *   b [1]  base-motion terms
  *   1 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_base_motion(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *b);
+void pendulum_on_shaking_base_base_motion(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *b);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [1]  generalized force that the motion a needs
  *   3 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *tau);
+void pendulum_on_shaking_base_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [1]  time derivative of v
  *   2 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *vdot);
+void pendulum_on_shaking_base_forward_dynamics(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [1]  residual
  *   3 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *r);
+void pendulum_on_shaking_base_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [1 x 1]  d residual / dq, left-trivialised
  *   C [1 x 1]  d residual / dv
  *   M [1 x 1]  d residual / da
  *   2 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_partials(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *K, real *C, real *M);
+void pendulum_on_shaking_base_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
  *   0 additions, 1 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_poses(const real *q, const pendulum_on_shaking_base_base_state *base, real *pose);
+void pendulum_on_shaking_base_poses(const eomgen_real *q, const pendulum_on_shaking_base_base_state *base, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
  *   2 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *twist);
+void pendulum_on_shaking_base_twists(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
  *   3 additions, 2 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *y);
+void pendulum_on_shaking_base_outputs(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   16 additions, 34 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *energy);
+void pendulum_on_shaking_base_energy(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *energy);
 
 /* motion of the base at time t
  *   0 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_base(real t, pendulum_on_shaking_base_base_state *base);
+void pendulum_on_shaking_base_base(eomgen_real t, pendulum_on_shaking_base_base_state *base);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
@@ -129,9 +129,9 @@ typedef enum pendulum_on_shaking_base_status {
 } pendulum_on_shaking_base_status;
 
 typedef struct pendulum_on_shaking_base_settings {
-    real step;           /* s, fixed */
-    real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real step;           /* s, fixed */
+    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -139,59 +139,59 @@ typedef struct pendulum_on_shaking_base_settings {
 
 typedef struct pendulum_on_shaking_base_statistics {
     long steps, newton_iterations, factorizations, halvings, evaluations;
-    real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
 } pendulum_on_shaking_base_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct pendulum_on_shaking_base_state {
-    real t;
-    real q[1];
-    real v[1];
-    real vdot[1];
-    real a[1];  /* algorithmic acceleration */
-    real a_before[2];  /* those of the last two steps, newest first, for predictions */
+    eomgen_real t;
+    eomgen_real q[1];
+    eomgen_real v[1];
+    eomgen_real vdot[1];
+    eomgen_real a[1];  /* algorithmic acceleration */
+    eomgen_real a_before[2];  /* those of the last two steps, newest first, for predictions */
     long known;       /* how many steps there are to predict from, at most 3 */
     long order;       /* of the polynomial that would have predicted the last step best */
-    real rho_inf;     /* a belongs to it and to step */
-    real step;        /* t = origin + count * step */
-    real origin;
+    eomgen_real rho_inf;     /* a belongs to it and to step */
+    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real origin;
     long count;
     pendulum_on_shaking_base_statistics statistics;
 } pendulum_on_shaking_base_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
 typedef struct pendulum_on_shaking_base_coefficients {
-    real rho_inf;
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+    eomgen_real rho_inf;
+    eomgen_real alpha_m, alpha_f, beta, gamma;
+    eomgen_real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    eomgen_real g; /* gamma/beta: d v/d increment */
+    eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } pendulum_on_shaking_base_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct pendulum_on_shaking_base_workspace {
-    real u[1];
+    eomgen_real u[1];
     pendulum_on_shaking_base_base_state base;
-    real q[1];
-    real v[1];
-    real vdot[1];
-    real unknown[1];      /* E, step lam */
-    real increment[1];     /* the exponent is step * increment */
-    real right[1], solution[1], per_tolerance[1], round_off;
-    real numbers[3];     /* of the partials, and their products with T */
-    real tangents[1];
-    real entries[1];     /* nonzeros of the iteration matrix */
-    real factors[1];
+    eomgen_real q[1];
+    eomgen_real v[1];
+    eomgen_real vdot[1];
+    eomgen_real unknown[1];      /* E, step lam */
+    eomgen_real increment[1];     /* the exponent is step * increment */
+    eomgen_real right[1], solution[1], per_tolerance[1], round_off;
+    eomgen_real numbers[3];     /* of the partials, and their products with T */
+    eomgen_real tangents[1];
+    eomgen_real entries[1];     /* nonzeros of the iteration matrix */
+    eomgen_real factors[1];
     int whole;                /* the factors in use are those of the whole matrix */
     int pivot[1];
-    real matrix[1];
+    eomgen_real matrix[1];
     pendulum_on_shaking_base_coefficients coefficients;
-    real factored_step;       /* step that the factors belong to, 0 when there are none */
-    real factored_rho_inf;
-    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_rho_inf;
+    eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
-    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } pendulum_on_shaking_base_workspace;
 
@@ -207,18 +207,18 @@ void pendulum_on_shaking_base_default_state(pendulum_on_shaking_base_state *stat
 /* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
-    pendulum_on_shaking_base_workspace *work, const real *u_table);
+    pendulum_on_shaking_base_workspace *work, const eomgen_real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call pendulum_on_shaking_base_initialize. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
-    pendulum_on_shaking_base_workspace *work, const real *u_table);
+    pendulum_on_shaking_base_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
  * 4 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
-    long steps, long record_every, const real *u_table, real *record, long *recorded);
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
 #ifdef __cplusplus
 }

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#define EOMGEN_SHORT_NAMES
 #include "pendulum_on_shaking_base.h"
 
 /* Steppers compare values to decide what to do next, which lanes and complex numbers cannot; model functions serve all of them. */

@@ -38,64 +38,64 @@ typedef struct {
 void spherical_pendulum_default_parameters(spherical_pendulum_parameters *p);
 
 /* Fill the state at which the scene starts; z may be a null pointer in a model without internal states. */
-void spherical_pendulum_initial_state(real *q, real *v, real *z);
+void spherical_pendulum_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z);
 
 /* inertia matrix M(q), symmetric, full
  *   M [3 x 3]  inertia matrix
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_mass(const real *q, real *M);
+void spherical_pendulum_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [3]  nonlinear coupling vector
  *   2 additions, 6 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_coupling(const real *q, const real *v, real *h);
+void spherical_pendulum_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [3]  generalized force
  *   2 additions, 6 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_force(const real *q, const real *v, real *Q);
+void spherical_pendulum_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [3]  generalized force that the motion a needs
  *   10 additions, 13 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_inverse_dynamics(const real *q, const real *v, const real *a, real *tau);
+void spherical_pendulum_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [3]  time derivative of v
  *   6 additions, 14 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_forward_dynamics(const real *q, const real *v, real *vdot);
+void spherical_pendulum_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [3]  residual
  *   10 additions, 13 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_residual(const real *q, const real *v, const real *a, real *r);
+void spherical_pendulum_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [3 x 3]  d residual / dq, left-trivialised
  *   C [3 x 3]  d residual / dv
  *   M [3 x 3]  d residual / da
  *   10 additions, 19 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_partials(const real *q, const real *v, const real *a, real *K, real *C, real *M);
+void spherical_pendulum_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_poses(const real *q, real *pose);
+void spherical_pendulum_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
  *   0 additions, 0 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_twists(const real *q, const real *v, real *twist);
+void spherical_pendulum_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
  *   10 additions, 20 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_outputs(const real *q, const real *v, real *y);
+void spherical_pendulum_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
  *   7 additions, 13 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_energy(const real *q, const real *v, real *energy);
+void spherical_pendulum_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
@@ -110,9 +110,9 @@ typedef enum spherical_pendulum_status {
 } spherical_pendulum_status;
 
 typedef struct spherical_pendulum_settings {
-    real step;           /* s, fixed */
-    real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real step;           /* s, fixed */
+    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -120,58 +120,58 @@ typedef struct spherical_pendulum_settings {
 
 typedef struct spherical_pendulum_statistics {
     long steps, newton_iterations, factorizations, halvings, evaluations;
-    real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
 } spherical_pendulum_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct spherical_pendulum_state {
-    real t;
-    real q[4];
-    real v[3];
-    real vdot[3];
-    real a[3];  /* algorithmic acceleration */
-    real a_before[6];  /* those of the last two steps, newest first, for predictions */
+    eomgen_real t;
+    eomgen_real q[4];
+    eomgen_real v[3];
+    eomgen_real vdot[3];
+    eomgen_real a[3];  /* algorithmic acceleration */
+    eomgen_real a_before[6];  /* those of the last two steps, newest first, for predictions */
     long known;       /* how many steps there are to predict from, at most 3 */
     long order;       /* of the polynomial that would have predicted the last step best */
-    real rho_inf;     /* a belongs to it and to step */
-    real step;        /* t = origin + count * step */
-    real origin;
+    eomgen_real rho_inf;     /* a belongs to it and to step */
+    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real origin;
     long count;
     spherical_pendulum_statistics statistics;
 } spherical_pendulum_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
 typedef struct spherical_pendulum_coefficients {
-    real rho_inf;
-    real alpha_m, alpha_f, beta, gamma;
-    real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
-    real g; /* gamma/beta: d v/d increment */
-    real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
+    eomgen_real rho_inf;
+    eomgen_real alpha_m, alpha_f, beta, gamma;
+    eomgen_real b; /* (1 - alpha_m)/(beta (1 - alpha_f)): step * d vdot/d increment */
+    eomgen_real g; /* gamma/beta: d v/d increment */
+    eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } spherical_pendulum_coefficients;
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct spherical_pendulum_workspace {
-    real u[1];
-    real q[4];
-    real v[3];
-    real vdot[3];
-    real unknown[3];      /* E, step lam */
-    real increment[3];     /* the exponent is step * increment */
-    real right[3], solution[3], per_tolerance[3], round_off;
-    real numbers[33];     /* of the partials, and their products with T */
-    real tangents[9];
-    real entries[7];     /* nonzeros of the iteration matrix */
-    real factors[7];
+    eomgen_real u[1];
+    eomgen_real q[4];
+    eomgen_real v[3];
+    eomgen_real vdot[3];
+    eomgen_real unknown[3];      /* E, step lam */
+    eomgen_real increment[3];     /* the exponent is step * increment */
+    eomgen_real right[3], solution[3], per_tolerance[3], round_off;
+    eomgen_real numbers[33];     /* of the partials, and their products with T */
+    eomgen_real tangents[9];
+    eomgen_real entries[7];     /* nonzeros of the iteration matrix */
+    eomgen_real factors[7];
     int whole;                /* the factors in use are those of the whole matrix */
     int pivot[3];
-    real matrix[9];
+    eomgen_real matrix[9];
     spherical_pendulum_coefficients coefficients;
-    real factored_step;       /* step that the factors belong to, 0 when there are none */
-    real factored_rho_inf;
-    real rate_of_convergence; /* last observed contraction of the Newton increments */
+    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_rho_inf;
+    eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
-    real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
+    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } spherical_pendulum_workspace;
 
@@ -187,18 +187,18 @@ void spherical_pendulum_default_state(spherical_pendulum_state *state);
 /* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, const real *u_table);
+    spherical_pendulum_workspace *work, const eomgen_real *u_table);
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call spherical_pendulum_initialize. */
 spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, const real *u_table);
+    spherical_pendulum_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
  * 11 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
-    long steps, long record_every, const real *u_table, real *record, long *recorded);
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
 #ifdef __cplusplus
 }

@@ -17,7 +17,7 @@ from eomgen.build.library import Library
 from eomgen.errors import ToolchainError, UsageError
 
 CDEF = """const char *eomgen_fingerprint(void);
-const char *eomgen_real(void);
+const char *eomgen_number_type(void);
 long eomgen_size(int what);
 int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
 """
@@ -25,7 +25,7 @@ FILES = {
     "interface.h": "#pragma GCC visibility push(default)\n" + CDEF + "#pragma GCC visibility pop\n",
     "model.c": '#include "interface.h"\n'
     'const char *eomgen_fingerprint(void) { return "f00d"; }\n'
-    'const char *eomgen_real(void) { return "double"; }\n'
+    'const char *eomgen_number_type(void) { return "double"; }\n'
     "long eomgen_size(int what) { return what == 0 ? 1 : -1; }\n"
     "int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs)\n"
     "{ long i; if (function) return -1;\n"

@@ -76,7 +76,7 @@ int main(void)
 {
     static NAME_workspace work;
     static NAME_state state;
-    static const real table[10] = { 1.0, 0.0, 1.0, 0.0, -2.0, 0.5, -2.0, 0.5, 0.0, 0.0 };
+    static const eomgen_real table[10] = { 1.0, 0.0, 1.0, 0.0, -2.0, 0.5, -2.0, 0.5, 0.0, 0.0 };
     NAME_parameters p;
     NAME_settings s;
     NAME_default_parameters(&p);

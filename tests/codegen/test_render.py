@@ -77,14 +77,67 @@ def test_hostile_names_reach_no_file_unmangled() -> None:
     assert len(set(members)) == len(HOSTILE)
 
 
-def test_header_serves_cpp(tmp_path: Path) -> None:
+#: Names that a caller may have: those that headers of ours once took from him among them.
+CALLER = """
+#include <complex>
+#include <cstdio>
+#include "model/pendulum.h"
+using namespace std;
+using std::real;
+static double K(double x) { return 2.0 * x; }
+int main() {
+    pendulum_parameters p;
+    pendulum_default_parameters(&p);
+    double q[PENDULUM_NQ] = {0.5}, M[PENDULUM_NV * PENDULUM_NV] = {0.0};
+    pendulum_mass(MASS_ARGUMENTS);
+    printf("%.17g %g", M[0], K(real(complex<double>(1.5, 2.0))));
+}
+"""
+
+
+def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> None:
     compiler = shutil.which("c++")
     assert compiler is not None, "the test needs a C++ compiler"
-    folder = write_folder(generate_files(to_program(pendulum())), tmp_path / "model")
+    program = to_program(pendulum())
+    folder = write_folder(generate_files(program), tmp_path / "model")
+    arguments = ", ".join({"p": "&p"}.get(block, block) for block in (*program.function("mass").inputs, "M"))
     source = tmp_path / "use.cpp"
-    source.write_text('#include "model/pendulum.h"\npendulum_parameters p; real area = PENDULUM_NQ;\n', encoding="utf-8")
-    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-c", str(source), "-o", str(tmp_path / "use.o")], check=True)
+    source.write_text(CALLER.replace("MASS_ARGUMENTS", arguments), encoding="utf-8")
+    strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    subprocess.run(["cc", "-std=c99", *strict, "-c", str(folder / "pendulum.c"), "-o", str(tmp_path / "model.o")], check=True)
+    objects = [str(source), str(tmp_path / "model.o"), "-o", str(tmp_path / "use"), "-lm"]
+    subprocess.run([compiler, "-std=c++17", *strict, *objects], check=True)
+    printed = subprocess.run([str(tmp_path / "use")], capture_output=True, text=True, check=True).stdout.split()
+    assert float(printed[0]) > 0.0
+    assert printed[1] == "3"
+
+
+def _macros(file: Path) -> set[str]:
+    """Return the names, without arguments, of all macros after a file."""
+    command = ["cc", "-std=c99", "-dM", "-E", str(file)]
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    return {line.split()[1].partition("(")[0] for line in lines}
+
+
+def test_headers_declare_prefixed_names_only(tmp_path: Path) -> None:
+    program = to_program(pendulum())
+    folder = write_folder(generate_files(program), tmp_path / "model")
+    probe = tmp_path / "probe.c"
+    before = tmp_path / "before.c"
+    standard = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n"
+    before.write_text(standard, encoding="utf-8")
+    probe.write_text(f'{standard}#include "model/pendulum.h"\n', encoding="utf-8")
+    macros = [_macros(file) for file in (before, probe)]
     assert (folder / "pendulum.h").is_file()
+    foreign = {name for name in macros[1] - macros[0] if not name.startswith(("EG_", "EOMGEN_", "PENDULUM_"))}
+    assert not foreign
+
+
+@pytest.mark.parametrize("header", sorted((Path(__file__).parents[2] / "generated").glob("*/*.h")), ids=lambda path: path.name)
+def test_headers_of_steppers_use_no_short_names(header: Path) -> None:
+    code = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.DOTALL)
+    public = re.sub(r"#if defined\(EOMGEN_SHORT_NAMES\).*?#endif", "", code, flags=re.DOTALL)
+    assert not re.findall(r"\breal\b|\bK\(", public)
 
 
 def test_bytes_do_not_depend_on_the_hash_seed() -> None:

@@ -490,6 +490,7 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
 
     header = f"""#ifndef {N}_H
 #define {N}_H
+#define EOMGEN_SHORT_NAMES
 #include "eomgen_real.h"
 typedef struct {{ {members} }} {P}_parameters;
 typedef struct {{ real velocity_dot[3]; }} {P}_base_state;

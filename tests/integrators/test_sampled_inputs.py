@@ -37,7 +37,7 @@ int main(void)
     const double h = 1e-3;
     double q = 0.0, v = 0.0, wrong_q = 0.0, wrong_v = 0.0;
     unsigned long random = 1;
-    real table[3] = {0};
+    eomgen_real table[3] = {0};
     int k;
     free_mass_default_parameters(&p);
     free_mass_default_settings(&settings);
