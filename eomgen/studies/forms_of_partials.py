@@ -161,6 +161,8 @@ def _unpacked(function: str, name: str, other: str, system: System) -> Form:
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
+        if not system.patterns[name]:  # nothing of it is there, and the function in C has no output for nothing
+            return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[name], system.patterns[name], shape)
 
     return Form(
