@@ -133,7 +133,7 @@ def _terms(scene: Scene) -> list[str]:
     terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs", "poses"]
     terms += ["internal_rate", "internal_partials"] if scene.states else []
     rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
-    return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials"]
+    return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials", "joint_velocities"]
 
 
 def _one(

@@ -2,9 +2,11 @@
 
     dq = R x,   dv = S y + T x,   da = S ydot + U y + V x,   xdot = N y + W x
 
-x are components of dq and y are components of dv, chosen by pivots among the columns of the constraint Jacobian (Wehage and Haug
-1982). Neighbouring motions meet the constraints at all levels, which gives T, U and V without differentiating R in time; with
-W = 0 they are R', 2 R' and R''. On groups dq' = dv - ad(v) dq. Constraints at velocity level leave fewer y than x.
+x and y are changes of coordinates and velocities that motions are measured by: components of dq and dv themselves, or those of
+joints between absolute bodies, whose velocities w(q, v) have changes P dv + Z dq. Which are independent is chosen by pivots among
+the columns of the constraint Jacobian (Wehage and Haug 1982). Neighbouring motions meet the constraints at all levels, which
+gives T, U and V without differentiating R in time; with W = 0 they are R', 2 R' and R''. On groups measured coordinates change
+with dw - ad(w) x. Constraints at velocity level leave fewer y than x.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ class Freedom:
 
     Attributes
     ----------
-    coordinates, velocities : numbers of the components of v that are independent in dq and in dv, increasing
+    coordinates, velocities : numbers of the measured components that are independent, increasing
     R : (nv, nx); S : (nv, ny); T : (nv, nx); U : (nv, ny); V : (nv, nx); N : (nx, ny); W : (nx, nx)
     W_rate : (nx, nx), time derivative of W along the reference; only meant where nx = ny
     """
@@ -53,51 +55,88 @@ class Freedom:
         return len(self.coordinates) == len(self.velocities)
 
 
-def freedom(
-    factors: Sequence[FactorLike], v: Array, a: Array, partials: Partials, preferred: Sequence[int] = ()
-) -> Freedom:
+@dataclass(frozen=True)
+class Measures:
+    """Velocities w(q, v) that motions are measured by, at one state; n of them.
+
+    Attributes
+    ----------
+    factors : the groups that they are velocities of
+    v, a : (n,) w and its time derivative
+    P, Z : (n, nv) partials of w in v and in q; the constraint rows before the last n - (nv - rows) ones and P are all there is
+    Av, Aq : (n, nv) partials of the time derivative in v and in q
+    """
+
+    factors: Sequence[FactorLike]
+    v: Array
+    a: Array
+    P: Array
+    Z: Array
+    Av: Array
+    Aq: Array
+
+    @staticmethod
+    def components(factors: Sequence[FactorLike], v: Array, a: Array) -> Measures:
+        """Return the components of v as their own measures."""
+        nothing = np.zeros((len(v), len(v)))
+        return Measures(factors, v, a, np.eye(len(v)), nothing, nothing, nothing)
+
+
+def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = ()) -> Freedom:
     """Return the independent coordinates and velocities about a state.
 
     Parameters
     ----------
-    v, a : (nv,) of the reference
-    preferred : components that are to be independent, as far as the constraints let them
+    measures : what x and y are changes of; constraint rows that they meet by themselves come first
+    preferred : numbers of measures that are to be independent, as far as the constraints let them
 
     Raises
     ------
     ModelError
         Constraint rows depend on each other in this state.
     """
-    J, nv = partials.J, len(v)
-    weight = np.sqrt(np.abs(np.diag(partials.M)))
+    J, nv = partials.J, len(partials.M)
+    count = len(measures.P)
+    met = nv - count
+    basis = _solved(np.concatenate([J[:met], measures.P]), np.eye(nv)[:, met:])
+    rows, holonomic = J[met:] @ basis, partials.holonomic - met
+    weight = np.sqrt(np.abs(np.diag(basis.T @ partials.M @ basis)))
     weight[weight == 0.0] = 1.0
     scale = 1.0 / weight  # columns of unit kinetic energy, so that metres and radians compare
-    favour = np.ones(nv)
+    favour = np.ones(count)
     favour[list(preferred)] = 1e-3
-    dependent = _pivots(J[: partials.holonomic] * scale, favour)
-    x = _others(range(nv), dependent)
-    R = _null_basis(J[: partials.holonomic], x)
-    at_velocity = J[partials.holonomic :] @ R
+    dependent = _pivots(rows[:holonomic] * scale, favour)
+    x = _others(range(count), dependent)
+    of_x = _null_basis(rows[:holonomic], x)
+    at_velocity = rows[holonomic:] @ of_x
     y = _others(x, [x[k] for k in _pivots(at_velocity * scale[x], favour[x])])
-    S = _null_basis(J, y)
-    held = _others(range(nv), y)
+    R, S = basis @ of_x, basis @ _null_basis(rows, y)
+    held = np.concatenate([J, measures.P[y]])
 
-    def carried(right: Array) -> Array:
-        """Return the solution of J X + right = 0 whose rows of y are zero."""
-        result = np.zeros((nv, right.shape[1]))
-        result[held] = np.linalg.solve(J[:, held], -right) if held else 0.0
-        return result
+    def carried(of_rows: Array, of_measures: Array) -> Array:
+        """Return the X with J X + of_rows = 0 and P X + of_measures = 0, the latter in the rows of y."""
+        return _solved(held, -np.concatenate([of_rows, of_measures[y]]))
 
-    T = carried(partials.Z @ R)
-    U, V = carried(partials.Av @ S), carried(partials.Av @ T + partials.Aq @ R)
-    turning = bracket_matrix(factors, v)
-    of_R = turning @ R
-    N, W = S[x], T[x] - of_R[x]
+    T = carried(partials.Z @ R, measures.Z @ R)
+    U = carried(partials.Av @ S, measures.Av @ S)
+    V = carried(partials.Av @ T + partials.Aq @ R, measures.Av @ T + measures.Aq @ R)
+    turning = bracket_matrix(measures.factors, measures.v)
+    measured = measures.P @ T + measures.Z @ R
+    of_R = turning @ of_x
+    N, W = (measures.P @ S)[x], measured[x] - of_R[x]
     W_rate = np.zeros_like(W)
     if len(x) == len(y):
-        R_rate = T - of_R - R @ W
-        W_rate = -(bracket_matrix(factors, a) @ R + turning @ R_rate)[x]
+        R_rate = measured - of_R - of_x @ W
+        W_rate = -(bracket_matrix(measures.factors, measures.a) @ of_x + turning @ R_rate)[x]
     return Freedom(tuple(x), tuple(y), R, S, T, U, V, N, W, W_rate)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Return matrix^-1 right. Raises ModelError where the matrix has no inverse."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+    except np.linalg.LinAlgError:
+        raise singular_mechanism() from None
 
 
 def singular_mechanism() -> ModelError:

@@ -44,9 +44,14 @@ class Reference:
 
 @dataclass(frozen=True)
 class Names:
-    """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs."""
+    """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
+
+    ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints between absolute
+    bodies.
+    """
 
     components: tuple[str, ...]
+    measured: tuple[str, ...]
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     disturbances: tuple[str, ...]
@@ -78,12 +83,12 @@ class Linearization:
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the independent coordinates x: ``hinge``, ``ball[2]``."""
-        return tuple(self.names.components[k] for k in self.free.coordinates)
+        return tuple(self.names.measured[k] for k in self.free.coordinates)
 
     @property
     def velocities(self) -> tuple[str, ...]:
         """Names of the independent velocities, fewer than coordinates where something rolls."""
-        return tuple(f"v.{self.names.components[k]}" for k in self.free.velocities)
+        return tuple(f"v.{self.names.measured[k]}" for k in self.free.velocities)
 
     @cached_property
     def M0(self) -> Array:
@@ -155,7 +160,7 @@ class Linearization:
 
     @cached_property
     def _first_order(self) -> FirstOrder:
-        return first_order(self.partials, self.free, [f"v.{name}" for name in self.names.components])
+        return first_order(self.partials, self.free, self.velocities)
 
     def state_space(self) -> StateSpace:
         """Return sdot = A s + B u + E w, y = C s + D u + F w; s holds coordinates, velocities and internal states.

@@ -92,12 +92,12 @@ class FirstOrder:
     R_all: Array
 
 
-def first_order(partials: Partials, free: Freedom, v_names: Sequence[str]) -> FirstOrder:
+def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) -> FirstOrder:
     """Return the state-space matrices.
 
     Parameters
     ----------
-    v_names : names of the components of v, for messages
+    velocities : names of the independent velocities, for messages
 
     Raises
     ------
@@ -123,7 +123,7 @@ def first_order(partials: Partials, free: Freedom, v_names: Sequence[str]) -> Fi
     dq, dv = over(nv, (x, free.R)), over(nv, (x, free.T), (y, free.S))
     drift = over(nv, (x, free.V), (y, free.U))
     forces = p.B @ unit[u] + p.E @ unit[w] - p.C @ dv - p.K @ dq - p.Rz @ unit[z]
-    ydot = _solved(free.S.T @ p.M @ free.S, free.S.T @ (forces - p.M @ drift), [v_names[k] for k in free.velocities])
+    ydot = _solved(free.S.T @ p.M @ free.S, free.S.T @ (forces - p.M @ drift), velocities)
     da = free.S @ ydot + drift
     zdot = p.Fq @ dq + p.Fv @ dv + p.Fz @ unit[z] + p.Fu @ unit[u] + p.Fw @ unit[w]
     xdot = over(sizes[0], (x, free.W), (y, free.N))

@@ -25,7 +25,7 @@ from eomgen.mechanics.jacobians import body_jacobians
 from eomgen.mechanics.joint_tree import build_tree
 from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.kinematics import Kinematics
-from eomgen.mechanics.linearization import acceleration_partials, linearization, output_partials
+from eomgen.mechanics.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
 from eomgen.mechanics.loads import Loads
 from eomgen.mechanics.partials import inertial_partials
 from eomgen.mechanics.quantities import Quantities
@@ -238,6 +238,9 @@ class Derivation:
 
     def acceleration_partials(self) -> list[Block]:
         return acceleration_partials(self)
+
+    def joint_velocities(self) -> list[Block]:
+        return joint_velocity_partials(self)
 
     # -- what implicit steppers evaluate ------------------------------------------------------------------------------
 

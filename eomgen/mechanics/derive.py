@@ -67,6 +67,10 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
         ("p", "t", "q", "v", "a", "base"),
         "partials of the constraints' accelerations in q (left-trivialised) and v",
     ),
+    "joint_velocities": (
+        ("p", "t", "q", "v", "a", "base"),
+        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised) and v",
+    ),
     "output_partials": (
         ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
         "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances",
@@ -92,7 +96,8 @@ OF_STATES = frozenset({"internal_rate", "internal_partials"})
 #: Terms that are recorded only when they are asked for by name.
 ON_REQUEST = frozenset(
     {
-        "accelerations", "jacobians", "elastic", "linearization", "acceleration_partials", "output_partials", *RATE_TERMS,
+        "accelerations", "jacobians", "elastic", "linearization", "acceleration_partials", "joint_velocities", "output_partials",
+        *RATE_TERMS,
     }
 )  # fmt: skip
 
@@ -151,6 +156,8 @@ def _present(derivation: Derivation, name: str) -> bool:
             return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
         case "base_motion" | "base_motion_rates" | "base_motion_rates_1":
             return derivation.base.moving
+        case "joint_velocities":
+            return derivation.absolute
         case "elastic":
             return derivation.tree.elastic
         case "outputs" | "output_partials":

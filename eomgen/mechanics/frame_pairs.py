@@ -45,6 +45,10 @@ class Pair:
     size: Scalar
     extent: Scalar
 
+    def angular_velocity(self, frame: Placed) -> Vector:
+        """Return the angular velocity of what moves with one of the frames."""
+        return apply(self.kinematics.pose(frame.link)[0], self.kinematics.twist(frame.link)[0])
+
     def velocity_at(self, frame: Placed, point: Vector) -> Vector:
         """Return the velocity of what moves with one of the frames at ``point``, where it is now."""
         R, origin = self.kinematics.pose(frame.link)

@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from eomgen.mechanics.directions import Seeds, configuration_directions
+from eomgen.mechanics.joint_velocities import joint_velocities
 from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.scalar import Scalar
@@ -63,19 +64,52 @@ def output_partials(derivation: Derivation) -> list[Block]:
 
 def acceleration_partials(derivation: Derivation) -> list[Block]:
     """Return Aq (left-trivialised) and Av, the partials of the rows' accelerations B a + g, where g is ``constraint_bias``."""
-    tape, tree = derivation.tape, derivation.tree
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
-    a = [Scalar(tape, tape.input("a", k)) for k in range(tree.nv)]
+    rows = _accelerations(derivation, B, g)
+    with derivation.tape.block("partials of the constraints' accelerations"):
+        return _by_state(derivation, rows, ("Aq", "Av"), "d(B a + g)", "left-trivialised, a held")
+
+
+def joint_velocity_partials(derivation: Derivation) -> list[Block]:
+    """Return velocities and accelerations of the joints of absolute bodies, and their partials: Pv and Pq, Pav and Paq."""
+    calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
+    nv, count = derivation.tree.nv, len(calculus.level)
+    refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)
+    P = Block("Pv", (count, nv), refs, "d joint_v / dv")
+    g = Block("g", (count,), tuple(value.ref for value in calculus.bias()))
+    velocities, accelerations = calculus.velocity(), _accelerations(derivation, P, g)
+    blocks = [
+        Block("joint_v", (count,), tuple(value.ref for value in velocities), "velocities of the joints"),
+        Block("joint_a", (count,), tuple(value.ref for value in accelerations), "their time derivatives"),
+        P,
+    ]
+    with derivation.tape.block("partials of the velocities of joints"):
+        by_q = configuration_directions(derivation.tree)
+        blocks += _matrix(derivation, velocities, by_q, nv, "Pq", "d joint_v / dq, left-trivialised")
+        return blocks + _by_state(derivation, accelerations, ("Paq", "Pav"), "d joint_a", "left-trivialised, a held")
+
+
+def _accelerations(derivation: Derivation, B: Block, g: Block) -> list[Scalar]:
+    """Return B a + g."""
+    tape, nv = derivation.tape, derivation.tree.nv
+    a = [Scalar(tape, tape.input("a", k)) for k in range(nv)]
     rows = []
     for number, bias in enumerate(g.refs):
         row = Scalar(tape, bias)
-        for ref, component in zip(B.refs[number * tree.nv : (number + 1) * tree.nv], a, strict=True):
+        for ref, component in zip(B.refs[number * nv : (number + 1) * nv], a, strict=True):
             row = row + Scalar(tape, ref) * component
         rows.append(row)
-    by_v: Seeds = {InputSymbol("v", k): {k: ONE} for k in range(tree.nv)}
-    with tape.block("partials of the constraints' accelerations"):
-        Aq = _matrix(derivation, rows, configuration_directions(tree), tree.nv, "Aq", "d(B a + g)/dq, left-trivialised, a held")
-        return Aq + _matrix(derivation, rows, by_v, tree.nv, "Av", "d(B a + g)/dv")
+    return rows
+
+
+def _by_state(
+    derivation: Derivation, values: Sequence[Scalar], names: tuple[str, str], what: str, held: str
+) -> list[Block]:
+    """Return the partials of values in q and in v."""
+    nv = derivation.tree.nv
+    by_v: Seeds = {InputSymbol("v", k): {k: ONE} for k in range(nv)}
+    by_q = _matrix(derivation, values, configuration_directions(derivation.tree), nv, names[0], f"{what}/dq, {held}")
+    return by_q + _matrix(derivation, values, by_v, nv, names[1], f"{what}/dv")
 
 
 class Columns:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from eomgen.scene.beam import Beam
-from eomgen.scene.joint import Joint
-from eomgen.scene.scene import Body
+from eomgen.scene.joint import SIZES, Joint
+from eomgen.scene.scene import Body, Scene
 
 #: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
 _SMALL = 0.01
@@ -47,6 +47,18 @@ class Factor:
     @property
     def v(self) -> slice:
         return slice(self.v_start, self.v_start + self.v_size)
+
+
+def joint_factors(scene: Scene) -> tuple[Factor, ...]:
+    """Return the factors of the configuration that the scene's joints have in joint coordinates, in the order of the joints."""
+    groups = {"spherical": "SO3", "free": "SE3"}
+    factors: list[Factor] = []
+    q = v = 0
+    for joint in scene.leading_joints:
+        q_size, v_size = SIZES[joint.type]
+        factors.append(Factor(groups.get(joint.type, "R"), joint.name, q, q_size, v, v_size))
+        q, v = q + q_size, v + v_size
+    return tuple(factors)
 
 
 def component_names(letter: str, name: str, size: int) -> list[str]:

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.linear.freedom import freedom, singular_mechanism
+from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
 from eomgen.runtime import dense
 from eomgen.runtime.arguments import check_finite, check_name, components
-from eomgen.runtime.coordinates import component_names
+from eomgen.runtime.coordinates import component_names, joint_factors
 from eomgen.runtime.initial import initial_state
 from eomgen.runtime.run_settings import number_of
 from eomgen.runtime.terms import Inputs, Parameters
@@ -82,7 +82,9 @@ def terms_needed(model: Model) -> list[str]:
     if model.multipliers:
         terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
         terms += ["velocity_partials", "acceleration_partials"]
-    else:
+    if model.scene.coordinates == "absolute":
+        terms += ["joint_velocities"]
+    if not model.multipliers:
         terms += ["forward_dynamics"]
     if model.nz:
         terms += ["internal_rate", "internal_partials"]
@@ -136,7 +138,7 @@ def about(model: Model, state: State, setting: Setting, independent: Sequence[st
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
     a, lam = _dynamics(model, state, setting)
-    names = _names(model)
+    measures, names = _measures(model, state, a, setting, independent)
     blocks: dict[str, Array] = {}
     terms = ["linearization", "velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     for term in (term for term in terms if term in model.functions):
@@ -148,10 +150,8 @@ def about(model: Model, state: State, setting: Setting, independent: Sequence[st
         raise NumericalError(Problem("linearize", what, "a state in which forces and their slopes have a value"))
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
-    for name in independent:
-        check_name("component", name, names.components)
-    free = freedom(model.factors, state.v, a, partials, [names.components.index(name) for name in independent])
-    held = [name for name in independent if names.components.index(name) not in free.coordinates]
+    free = freedom(measures, partials, [names.measured.index(name) for name in independent])
+    held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
         what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
         raise UsageError(Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves"))
@@ -292,14 +292,39 @@ def _at_rest(model: Model) -> dict[str, float]:
     return dict.fromkeys(model.v_names, 0.0)
 
 
-def _names(model: Model) -> Names:
+def _measures(
+    model: Model, state: State, a: Array, setting: Setting, independent: Sequence[str]
+) -> tuple[Measures, Names]:
+    """Return what neighbouring motions are measured by, and all names.
+
+    Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do where the
+    caller makes one of them independent.
+    """
+    components, joints = [name.removeprefix("v.") for name in model.v_names], joint_factors(model.scene)
+    of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
+    absolute = model.scene.coordinates == "absolute"
+    by_joints = absolute and not (independent and all(name in components for name in independent))
+    measured = of_joints if by_joints else components
+    for name in independent:
+        check_name("coordinate of a joint" if by_joints else "component", name, measured)
+    names = _names(model, components, measured)
+    if not by_joints:
+        return Measures.components(model.factors, state.v, a), names
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **setting.given)
+    of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
+    shape = (len(measured), model.nv)
+    partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}
+    return Measures(joints, blocks["joint_v"], blocks["joint_a"], **partials), names
+
+
+def _names(model: Model, components: Sequence[str], measured: Sequence[str]) -> Names:
     scene = model.scene
     outputs = [
         name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
     ]
     driven = tuple(model.inputs[number] for number in driven_inputs(scene))
     return Names(
-        tuple(name.removeprefix("v.") for name in model.v_names), model.states, driven, disturbance_names(scene), tuple(outputs)
+        tuple(components), tuple(measured), model.states, driven, disturbance_names(scene), tuple(outputs)
     )
 
 

@@ -19,7 +19,7 @@ from eomgen.scene.feedback import StateFeedback
 from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.force_elements import Bushing, Tyre
 from eomgen.scene.formula_nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
-from eomgen.scene.joint import Joint
+from eomgen.scene.joint import SIZES, Joint
 from eomgen.scene.requirements import Requirement
 
 BASE = "base"
@@ -209,6 +209,11 @@ class Scene:
     content: bytes = b""
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def leading_joints(self) -> tuple[Joint, ...]:
+        """The joints that move and follow no other: those with coordinates of their own."""
+        return tuple(joint for joint in self.joints if joint.mimic is None and SIZES[joint.type][1])
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

@@ -39,6 +39,7 @@ TERMS = (
     "elastic",
     "linearization",
     "acceleration_partials",
+    "joint_velocities",
     "output_partials",
     "energy",
     *("rates" if order == 2 else f"rates_{order}" for order in range(1, HIGHEST_RATE + 1)),

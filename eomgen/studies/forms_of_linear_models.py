@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from eomgen.runtime.coordinates import component_names, joint_factors
 from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.scene.scene import Scene
 from eomgen.studies.engines import Array, Blocks, Engine
-from eomgen.studies.forms import Directions, Form, Space, Value, fixed, jacobian, output
+from eomgen.studies.forms import Directions, Form, Space, Value, column, fixed, jacobian, output
 from eomgen.system import BASE_LAYOUT, System
 
 FAMILY = "linear model"
@@ -29,6 +30,8 @@ def linear_forms(space: Space, engine: Engine, system: System, scene: Scene) -> 
         forms += _of_drives(space, system, scene, "linearization", driven, disturbed)
     if "acceleration_partials" in engine:
         forms += _of_rows(space, system)
+    if "joint_velocities" in engine:
+        forms += _of_joints(space, system, scene)
     if "output_partials" in engine:
         y = ("outputs", "y")
         of = {f"Y{block}": (y, block) for block in ("q", "v", "a", "z", "lam")}
@@ -109,6 +112,27 @@ def _of_rows(space: Space, system: System) -> list[Form]:
         for name, block in (("Aq", "q"), ("Av", "v"))
         if name in _named(system, "acceleration_partials")
     ]
+
+
+def _of_joints(space: Space, system: System, scene: Scene) -> list[Form]:
+    """Return the forms of the velocities of joints: their partials, their rates, and the partials of these."""
+    term, names = "joint_velocities", [name for f in joint_factors(scene) for name in component_names("", f.name, f.v_size)]
+    v, a = (term, "joint_v"), (term, "joint_a")
+    there = _named(system, term)
+
+    def motion(state: Blocks) -> dict[str, Array]:
+        rates = {"q": state["v"][..., np.newaxis, :], "v": state["a"][..., np.newaxis, :]}
+        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+
+    forms = [
+        jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names)
+        for name, source, block in (("Pv", v, "v"), ("Pq", v, "q"), ("Pav", a, "v"), ("Paq", a, "q"))
+        if name in there
+    ]
+    return [*forms, Form(
+        f"{term}.joint_a", "d joint_v / dt", FAMILY, lambda engine, state: column(engine(term, state)["joint_a"]),
+        source=output(*v), directions=motion, rows=tuple(names), functions=(term,),
+    )]  # fmt: skip
 
 
 def _of_accelerations(

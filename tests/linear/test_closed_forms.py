@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.errors import UsageError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -149,6 +150,32 @@ def _potential_and_inertia(theta: complex) -> tuple[complex, complex]:
     _, crank_y, _, _, rod_y, _, piston = places(theta)
     V = 9.81 * (1.2 * crank_y + 0.7 * rod_y) + 75.0 * (piston - 0.8) ** 2
     return V, sum(weight * rate * rate for weight, rate in zip(weights, rates, strict=True))
+
+
+def skew_arm(coordinates: str) -> eomgen.Scene:
+    """Return two bodies on hinges that are not parallel, in motion."""
+    builder = eomgen.SceneBuilder("skew_arm", coordinates=coordinates)
+    for name in ("upper", "lower"):
+        builder.body(name, 1.0, center_of_mass=[0.3, 0.1, 0.2], inertia=[0.02, 0.03, 0.04])
+    turning = {"position": 1.0, "velocity": 3.0}
+    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, 1, 0], stiffness=0.3, damping=0.1, initial=turning)
+    turning = {"position": 0.3, "velocity": 2.0}
+    builder.joint("elbow", "revolute", "upper", "lower", axis=[0, 2, 1], position=[0, 0, -0.5], stiffness=0.3, initial=turning)
+    return builder.build()
+
+
+def test_eigenvalues_along_a_motion_are_those_of_joint_coordinates() -> None:
+    """In accelerating motion eigenvalues depend on the coordinates: absolute bodies are told of by their joints."""
+    models = [eomgen.build(skew_arm(coordinates), profile="quick") for coordinates in ("joint", "absolute")]
+    joint, absolute = (model.linearize(model.initial_q, model.initial_v) for model in models)
+    assert np.max(np.abs(joint.reference.a)) > 10.0
+    np.testing.assert_allclose(absolute.modes().eigenvalues, joint.modes().eigenvalues, rtol=1e-10)
+    assert absolute.coordinates == ("shoulder", "elbow")
+    chosen = models[1].linearize(models[1].initial_q, models[1].initial_v, independent=("upper[1]",))
+    assert "upper[1]" in chosen.coordinates
+    assert len(chosen.modes().shapes) == len(absolute.modes().shapes) == 12
+    with pytest.raises(UsageError, match="there is no coordinate of a joint 'ebow'; try: elbow"):
+        models[1].linearize(independent=("ebow",))
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])

@@ -102,6 +102,9 @@ SCENES: dict[str, Callable[[], eomgen.Scene]] = {
     "rolling disc": disc,
 }
 
+#: A component to be independent where joints would be by themselves: states are compared in components here.
+COMPONENTS = {"slider crank of absolute bodies": ("crank[2]",)}
+
 
 @pytest.mark.parametrize("name", SCENES)
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
@@ -109,7 +112,7 @@ def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     start = start_of(model, rng)
     if name.startswith("slider"):
         start = np.concatenate([model.initial_q, model.initial_v])
-    first = at(model, start, 0.0, ())
+    first = at(model, start, 0.0, COMPONENTS.get(name, ()))
     independent = first.coordinates
     size = len(first.state_space().A)
     times = np.linspace(0.0, 0.04, 3)

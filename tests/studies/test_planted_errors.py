@@ -99,6 +99,7 @@ PLANTED = [
     *_of("gate", "iteration", "B Z"),
     *_of("gate", "jacobian_values", "B"),
     *_of("gate", "acceleration_partials", "Aq Av"),
+    *_of("gate", "joint_velocities", "joint_a Pv Pq Pav Paq"),
     *_of("rod", "elastic", "K D K_geo"),
 ]
 #: What is done to the largest entry of an output.
