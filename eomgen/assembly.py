@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.consistency import Constrained, Redundancy, assemble, left_over, redundancy, split_sizes
+from eomgen.errors import ModelError
+from eomgen.integrators.consistency import (
+    Constrained,
+    Redundancy,
+    assemble,
+    check_left_out,
+    left_over,
+    redundancy,
+    split_sizes,
+)
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import InputSymbol
 
@@ -20,6 +29,8 @@ Array = NDArray[np.float64]
 
 #: What is needed to find a consistent state, and the rows that say nothing new.
 NEEDED = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+#: How many other sets of parameters are looked at, and how far away they are, for what follows at the defaults alone.
+_NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
 def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None) -> System:
@@ -44,6 +55,7 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     found = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
     rows = redundancy(equations, found.q)
     prescribed, locked = _without_freedom(system, equations, found.q, rows)
+    sensitive = _sensitive(system, equations, found.q, found.v, rows.dependent)
     corrections = found.corrections()
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
         found = assemble(equations.without(rows.dependent), found.q, found.v)
@@ -51,7 +63,7 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     system = derive(terms, rows.dependent)
     return replace(
         system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),
-        warnings=(*system.warnings, *locked),
+        warnings=(*system.warnings, *locked), left_out=sensitive,
     )  # fmt: skip
 
 
@@ -80,6 +92,32 @@ def _without_freedom(system: System, equations: Constrained, q: Array, found: Re
     return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 
+def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:
+    """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen nearby.
+
+    Rows are analytic in the parameters that enter them: what follows at arbitrary values nearby does so at all.
+    """
+    rows = [system.functions[name] for name in ("constraint", "constraint_velocity") if name in system.functions]
+    refs = [ref for function in rows for ref in function.refs]
+    entering = [symbol.index for symbol in system.tape.depends_on(refs) if symbol.block == "p"] if left_out else []
+    if not entering:
+        return ()
+    names = tuple(system.multipliers[row] for row in left_out)
+    defaults = np.array([parameter.value for parameter in system.parameters])
+    extent = float(np.max(equations.sizes(q, 0.0)[1], initial=0.0)) or 1.0
+    generator = np.random.default_rng(3)
+    for _ in range(_NEIGHBOURS):
+        nearby = defaults.copy()
+        nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
+        other = constrained(system, nearby)
+        try:
+            found = assemble(other.without(left_out), q, v)
+            check_left_out(other, names, found.q, found.v)
+        except ModelError:
+            return names
+    return ()
+
+
 def _driven(system: System, row: int) -> bool:
     """Return whether a row says what moves as time goes by, whatever the base does."""
     level = row < system.holonomic
@@ -87,15 +125,16 @@ def _driven(system: System, row: int) -> bool:
     return InputSymbol("t", 0) in system.tape.depends_on([ref])
 
 
-def constrained(system: System) -> Constrained:
-    """Return the constraints of a System at its default parameters, evaluated on its tape."""
-    defaults: dict[str, Any] = {"p": np.array([parameter.value for parameter in system.parameters])}
+def constrained(system: System, parameters: Array | None = None) -> Constrained:
+    """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,)."""
+    defaults = np.array([parameter.value for parameter in system.parameters]) if parameters is None else parameters
 
     def at(function: str, t: float, **state: Array) -> Array:
-        inputs: dict[str, Any] = {**defaults, **state, "t": np.array([t])}
-        if "base" in system.functions[function].inputs:
-            inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
-        return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
+        inputs: dict[str, Any] = {"p": defaults, **state, "t": np.array([t])}
+        with np.errstate(all="ignore"):  # what is not finite is reported by name where it is used
+            if "base" in system.functions[function].inputs:
+                inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
+            return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
     return Constrained(

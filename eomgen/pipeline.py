@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -19,9 +20,13 @@ from eomgen.scene.scene import Scene
 from eomgen.scene.term_names import TERMS, nearest_term
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from eomgen.build.builder import Builder
     from eomgen.build.library import Library
     from eomgen.codegen.program import Program
+    from eomgen.integrators.consistency import Constrained
     from eomgen.integrators.methods import Method
     from eomgen.runtime.model import Model
     from eomgen.system import System
@@ -189,7 +194,7 @@ def build(
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
             warnings.warn(f"{scene.name}: {note}", RuntimeWarning, stacklevel=2)
-    return Model(scene, library, stepper, start, built, _gains_of(scene))
+    return Model(scene, library, stepper, start, built, _gains_of(scene), functools.cache(lambda: _every_row(scene)))
 
 
 def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]] | None:
@@ -208,6 +213,15 @@ def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]]
 def _linearizable(scene: Scene, terms: list[str]) -> Model:
     """Return a model from which gains are found: the same bits everywhere."""
     return build(scene, terms, profile="reproducible")
+
+
+def _every_row(scene: Scene) -> Callable[[NDArray[np.float64]], Constrained]:
+    """Return what gives the constraints of a scene with all their rows, those included that were left out, at parameters."""
+    from eomgen.assembly import NEEDED, constrained  # noqa: PLC0415
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+
+    system = mechanics.derive(scene, NEEDED, ())
+    return lambda parameters: constrained(system, parameters)
 
 
 def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:

@@ -181,6 +181,8 @@ class System:
         What the equations of each beam keep.
     warnings : tuple of str
         What every run says again.
+    left_out : tuple of str
+        Constraint rows that follow from others at the default parameters, and may not at others.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     order : int
@@ -216,6 +218,7 @@ class System:
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     description: str = ""
     defaults: Mapping[str, Any] = field(default_factory=dict)
     order: int = 0

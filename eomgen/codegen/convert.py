@@ -90,6 +90,7 @@ def to_program(
         multipliers=system.multipliers,
         row_units=system.row_units,
         warnings=system.warnings,
+        left_out=system.left_out,
         base_fields=BASE_LAYOUT,
         functions=made,
         loops=tuple(program_loop(tape, number) for number in loop_numbers),

@@ -163,6 +163,8 @@ class Program:
         Filled by the integrators; empty when the model is functions only.
     warnings : tuple of str
         What every run says again.
+    left_out : tuple of str
+        Constraint rows that follow from others at the default parameters, and may not at others.
     row_units : tuple of str
         Of the constraint rows: m, 1 or m/s.
     start : str
@@ -203,6 +205,7 @@ class Program:
     start: str = ""
     angles: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     row_units: tuple[str, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:

@@ -42,6 +42,9 @@ SINGULAR = 3e-5
 NEARBY = 0.05
 #: Pivots of M, scaled to a unit diagonal, that make up for coordinates that nothing resists here.
 _RESISTANCE = 1e-14
+#: So many rows are listed in a message.
+_LISTED = 5
+_LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
 
 
 @dataclass(frozen=True)
@@ -140,9 +143,12 @@ class _Rows:
 
     def __init__(self, system: Constrained, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
-        self.B = system.jacobian(q, t)
+        self.B = _jacobian(system, q, t)
         self.angular = system.angular
-        self.size, self.extent = system.sizes(q, t)
+        self.size, extent = system.sizes(q, t)
+        machine = float(np.max(extent, initial=0.0)) or 1.0
+        # what a row joins may lie at one place but for rounding; then it is met by motions of the whole machine
+        self.extent = np.where(extent > WORST_ROUNDING * EPSILON * machine, extent, machine)
         self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
         self._mass = system.mass(q)
 
@@ -226,6 +232,57 @@ def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0
     """Return what the given rows are off by at a configuration, where that is more than rounding."""
     violation, limits = system.constraint(q, t), TOLD * _Rows(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
+
+
+def _jacobian(system: Constrained, q: Array, t: float) -> Array:
+    """Return B. Raises ModelError with the names of rows that are not finite."""
+    B = system.jacobian(q, t)
+    undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
+    if undefined:
+        listed = ", ".join(undefined[:_LISTED]) + (f" and {len(undefined) - _LISTED} more" if len(undefined) > _LISTED else "")
+        what = f"these rows have no finite derivative where constraints are to be met: {listed}"
+        hint = "a state in which the points of a distance lie apart, and lengths above 0"
+        raise ModelError(Problem("constraints", what, hint))
+    return B
+
+
+def check_left_out(system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = "") -> None:
+    """Check that rows that were left out as redundant still follow from the others, at a state that meets these.
+
+    Parameters
+    ----------
+    system : Constrained
+        With all its rows.
+    left_out : names of rows
+    at : where, in words: the parameters at which this is so
+
+    Raises
+    ------
+    ModelError
+        Rows that are not met, or would be held by nothing if the state moves on.
+    """
+    rows = [number for number, name in enumerate(system.names) if name in left_out]
+    there = _Rows(system, q, t)
+    violation = system.constraint(q, t)
+    off = [
+        f"{system.names[row]} by {violation[row]:.3g}"
+        for row in rows
+        if row < system.holonomic and not abs(violation[row]) <= there.limits[row]
+    ]
+    if not off:
+        rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
+        off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
+    if off:
+        what = f"rows that were left out, because they follow from others at the default parameters, are off at {at}: "
+        what += "; ".join(off[:_LISTED])
+        raise ModelError(Problem("constraints", what, _LEFT_OUT))
+    kept = [row for row in range(len(system.names)) if row not in rows]
+    dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
+    if len(dependent) < len(rows):
+        new = [system.names[row] for row in rows if row not in dependent]
+        what = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
+        what += ", ".join(new[:_LISTED])
+        raise ModelError(Problem("constraints", what, _LEFT_OUT))
 
 
 def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.errors import UsageError
+from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.integrators.consistency import Assembly, Constrained, assemble, split_sizes
 from eomgen.runtime.functions import Functions
 
@@ -35,7 +35,13 @@ def blocks_of(functions: Functions) -> set[str]:
 
 
 def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Return vdot (..., nv) and the multipliers (..., rows) at states given as input blocks."""
+    """Return vdot (..., nv) and the multipliers (..., rows) at states given as input blocks.
+
+    Raises
+    ------
+    NumericalError
+        In one of the states, rows depend on each other, or nothing resists a motion that they leave.
+    """
     nv, rows = functions.sizes["v"], functions.sizes["lam"]
     (r,) = functions("residual", {**values, "a": np.zeros(nv), "lam": np.zeros(rows)})
     (M,) = functions("mass", values)
@@ -45,7 +51,11 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
     system = np.zeros((*batch, nv + rows, nv + rows))
     system[..., :nv, :nv], system[..., nv:, :nv], system[..., :nv, nv:] = M, B, np.swapaxes(B, -1, -2)
     right = -np.concatenate([np.broadcast_to(r, (*batch, nv)), np.broadcast_to(g, (*batch, rows))], axis=-1)
-    solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
+    try:
+        solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
+    except np.linalg.LinAlgError:
+        what = "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia resists"
+        raise NumericalError(Problem("constraints", what, "a state next to it")) from None
     return solution[..., :nv], solution[..., nv:]
 
 
@@ -87,4 +97,5 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
         sizes=sizes,
     )
     found = assemble(equations, q, v, t)
+    model._check_left_out(found.q, found.v, t, parameters)
     return replace(found, q=model._terms.followed(found.q, t, parameters))

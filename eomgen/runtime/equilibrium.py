@@ -112,7 +112,7 @@ def equilibrium(
     NumericalError
         Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates.
     ModelError
-        The inertia matrix is not positive definite.
+        The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at these.
     UsageError
         The model was built without the terms that are needed, or arguments cannot be taken.
     """
@@ -140,6 +140,7 @@ def equilibrium(
     found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
     if found is None:
         raise _failure(model, statics, settled)
+    model._check_left_out(found.point.q, np.zeros(model.nv), time, p)
     notes = _elsewhere(model, statics, found, settled) + rest_notes(places, found.path, u)
     return _result(model, statics, found, time, places.base, notes)
 

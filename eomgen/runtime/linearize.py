@@ -171,7 +171,7 @@ def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Arra
     elif state.a is None:
         try:
             a, lam = model.constrained_dynamics(state.q, state.v, **given)
-        except np.linalg.LinAlgError:
+        except NumericalError:
             raise singular_mechanism() from None
     else:
         a, lam = state.a, np.zeros(0)
@@ -224,6 +224,7 @@ def _given_state(model: Model, given: Mapping[str, Any]) -> State:
 
 def _check_constraints(model: Model, state: State, setting: Setting) -> None:
     """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
+    model._check_left_out(state.q, state.v, setting.t, setting.parameters)
     if not model.multipliers:
         return
     given = setting.given

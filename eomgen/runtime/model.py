@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.build.library import Library
 from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.integrators.consistency import check_left_out
 from eomgen.runtime.arguments import components, numbers, read_only
 from eomgen.runtime.bodies import Bodies
 from eomgen.runtime.configuration import configuration_rate, with_unit_quaternions
@@ -28,7 +29,7 @@ from eomgen.runtime.terms import Inputs, Parameters, States, Terms
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from eomgen.integrators.consistency import Assembly
+    from eomgen.integrators.consistency import Assembly, Constrained
 
 Array = NDArray[np.float64]
 
@@ -63,11 +64,14 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         Builds a model of the same scene with other terms.
     gains : callable, optional
         Finds the parameters that calibrations fill, at values of the others.
+    every_row : callable, optional
+        Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at parameters (np,).
     """
 
     def __init__(
         self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
         built: Callable[[Sequence[str]], Model] | None = None, gains: Gains | None = None,
+        every_row: Callable[[], Callable[[Array], Constrained]] | None = None,
     ) -> None:  # fmt: skip
         layout = library.layout
         self.scene = scene
@@ -76,6 +80,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self.start = start
         self._built = built
         self._gains = gains
+        self._every_row = every_row
         self._others: dict[tuple[str, ...], Model] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
         fixed = [item.name for item in scene.parameters if not item.tunable]
@@ -231,10 +236,19 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         Raises
         ------
         ModelError
-            The constraints contradict each other from there; names the rows.
+            The constraints contradict each other from there, or rows that were left out because they follow from others at
+            the default parameters do not follow at these; names the rows.
         """
         p = self.parameter_array(parameters)
         return consistent(self, self._terms.configuration(q), self._terms.velocity("v", v), t, p)
+
+    def _check_left_out(self, q: Array, v: Array, t: float, p: Array) -> None:
+        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,)."""
+        left_out = self.library.layout["left_out"]
+        given = zip(self.parameters.items(), p.tolist(), strict=True)
+        changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
+        if left_out and changed and self._every_row is not None:
+            check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
 
     def partials(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,

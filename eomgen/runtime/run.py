@@ -127,6 +127,8 @@ def start_of(
     if model.multipliers and (settled or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
         state, sentences = InitialState(consistent.q, consistent.v, state.z), sentences + consistent.corrections()
+    elif changed:  # all rows may be left out
+        model._check_left_out(state.q, state.v, t, p)
     return state, sentences, doubts
 
 

@@ -127,6 +127,7 @@ def steady_motion(
         _check_lasting(able, conditions, state, typical, names)
     except np.linalg.LinAlgError:
         raise _indefinite(able, q, p) from None
+    able._check_left_out(state.q, state.v, conditions.t, p)
     undetermined = _undetermined(able, conditions, unknowns, state)
     acceleration = float(np.max(np.abs(conditions.accelerations(*state)), initial=0.0))
     message = f"steady after {steps} steps, unbalanced acceleration {acceleration:.3g}"

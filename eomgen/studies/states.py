@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, NumericalError
 from eomgen.lie.product import update
 from eomgen.runtime.constrained import accelerations
 from eomgen.runtime.coordinates import coordinate_names, elastic_amplitudes
@@ -145,7 +145,7 @@ def _completed(
     if rows:
         try:
             blocks["a"], blocks["lam"] = accelerations(functions, {**blocks, "t": blocks["t"][0]})
-        except np.linalg.LinAlgError:
+        except NumericalError:
             return None
     given = {"j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}
     sizes = {"v": 2.0 * scales["v"], "u": np.maximum(np.abs(blocks["u"]), 1.0)}

@@ -1,0 +1,129 @@
+"""Constraint rows that were left out have to follow from the others at every run; rows without a derivative are named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen import ModelError, UsageError
+
+TURNED = [{"axis": [1, 2, 3], "angle": 0.7}]
+LEFT_OUT = "rows that were left out, because they follow from others at the default parameters, "
+
+
+def four_bar(turned: bool, coordinates: Literal["joint", "absolute"], X: float = 0.0, Y: float = 1.5) -> dict[str, Any]:
+    """Return a four-bar whose right bearing is shifted by X along the hinges, at a distance Y from the left one."""
+    start = {"a": 1.2, "b": -1.0, "c": 1.2}
+    places = {"a": ("root", [0, 0, 0]), "b": ("a", [1, 0, 0]), "c": ("root", ["Y", 0, "X"])}
+    hinge = {"type": "revolute", "axis": [0, 0, 1]}
+    joints: dict[str, Any] = {
+        name: {**hinge, "parent": parent, "child": name, "position": place, "initial": {"position": start[name]}}
+        for name, (parent, place) in places.items()
+    }
+    root = {"type": "fixed", "parent": "base", "child": "root", "rotation": TURNED if turned else []}
+    first = {"body": "b", "position": [1.5, 0, 0], "axis": [0, 0, 1]}
+    second = {"body": "c", "position": [1, 0, 0], "axis": [0, 0, 1]}
+    return {
+        "format": 1, "name": "four_bar", "gravity": [0, 0, 0], "coordinates": coordinates,
+        "parameters": {"X": {"value": X, "tunable": True}, "Y": {"value": Y, "tunable": True}},
+        "bodies": {**{name: {"mass": 1.0, "inertia": [0.1] * 3} for name in "abc"}, "root": {"mass": 0.0}},
+        "joints": {"root": root, **joints},
+        "constraints": {"close": {"type": "revolute", "first": first, "second": second}},
+    }  # fmt: skip
+
+
+@cache
+def model(turned: bool, coordinates: Literal["joint", "absolute"]) -> eomgen.Model:
+    return eomgen.build(four_bar(turned, coordinates), profile="quick")
+
+
+FORMS: list[Any] = [(False, "joint"), (True, "joint"), (False, "absolute")]
+CALLS: list[Callable[[eomgen.Model, dict[str, float]], Any]] = [
+    lambda m, p: m.simulate(1e-3, 1e-3, parameters=p),
+    lambda m, p: m.consistent(m.initial_q, m.initial_v, parameters=p),
+    lambda m, p: m.equilibrium(parameters=p),
+    lambda m, p: m.linearize(m.initial_q, parameters=p),
+]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None:
+    with pytest.raises(ModelError, match="cannot be met together"):
+        eomgen.derive(four_bar(*form, X=0.3), ["mass"])
+    for call in CALLS if form[1] == "joint" else CALLS[:-1]:  # whose initial state is that of other bodies then
+        with pytest.raises(ModelError) as caught:
+            call(model(*form), {"X": 0.3})
+        said = str(caught.value)
+        assert said.startswith(f"model error: constraints: {LEFT_OUT}are off at X = 0.3: "), said
+        assert "; try: parameters with which the constraints can be met together, or a scene with these values" in said
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_lengths_in_the_plane_change_nothing_that_is_left_out(form: Any) -> None:
+    """Rows follow from others at all lengths, so that only the derivation looks at it, and no run."""
+    run = model(*form).simulate(0.1, 1e-3, parameters={"Y": 1.7})
+    assert run.success
+    closed = model(*form).evaluate("constraint", run.q[-1], parameters={"Y": 1.7})["Phi"]
+    np.testing.assert_allclose(closed, 0.0, atol=1e-9)
+
+
+def test_a_constraint_of_which_nothing_is_left() -> None:
+    """A hinge given twice: all rows of the second follow from the first, unless it lies elsewhere."""
+    frame = {"axis": [0, 0, 1], "position": [0, 0, "X"]}
+    again = {"type": "revolute", "first": {**frame, "body": "base"}, "second": {"body": "b", "axis": [0, 0, 1]}}
+    scene = {
+        "format": 1, "name": "twice", "parameters": {"X": {"value": 0.0, "tunable": True}},
+        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
+        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
+        "constraints": {"again": again},
+    }  # fmt: skip
+    hinge = eomgen.build(scene, profile="quick")
+    assert hinge.multipliers == () and hinge.simulate(1e-2).success
+    with pytest.raises(ModelError, match=r"are off at X = 0\.2: again: origins meet along z by -?0\.2; try"):
+        hinge.simulate(1e-2, parameters={"X": 0.2})
+
+
+def rope(length: float | str, height: float) -> dict[str, Any]:
+    """Return a free body that a rope holds to the base, its point that far below."""
+    return {
+        "format": 1, "name": "rope", "parameters": {"X": {"value": 0.5, "tunable": True}},
+        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
+        "joints": {"h": {"type": "free", "parent": "base", "child": "b", "initial": {"position": [0, 0, -height]}}},
+        "constraints": {"rope": {"type": "distance", "length": length, "first": {"body": "base"}, "second": {"body": "b"}}},
+    }  # fmt: skip
+
+
+UNDEFINED = (
+    "model error: constraints: these rows have no finite derivative where constraints are to be met: rope: distance; "
+    "try: a state in which the points of a distance lie apart, and lengths above 0"
+)
+
+
+def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixture[str]) -> None:
+    """Neither NumPy nor LAPACK speaks: at the build, at a run from such a state, and at a length of 0."""
+    with pytest.raises(ModelError) as caught:
+        eomgen.derive(rope("X", 0.0), ["mass"])
+    assert str(caught.value) == UNDEFINED
+    hanging = eomgen.build(rope("X", 0.5), profile="quick")
+    with pytest.raises(ModelError) as caught:
+        hanging.simulate(0.1, initial={"h": [1, 0, 0, 0, 0, 0, 0]})
+    assert str(caught.value) == UNDEFINED
+    with pytest.raises(UsageError, match=r"\(constraints\.rope\.length\): 0 m is not positive at X = 0; try: a length in m"):
+        hanging.simulate(0.1, parameters={"X": 0.0})
+    assert capfd.readouterr().err == ""
+
+
+def test_dependent_rows_of_a_state_are_no_traceback() -> None:
+    """The bars of a parallelogram on one line may move in two ways, and their constraint forces are not unique."""
+    bars = four_bar(False, "joint", Y=1.0)
+    bars["constraints"]["close"] = {**bars["constraints"]["close"], "type": "point_on_line"}
+    bars["constraints"]["close"]["first"]["position"] = [1.0, 0, 0]
+    bars["constraints"]["close"]["second"].pop("axis")
+    parallelogram = eomgen.build(bars, profile="quick")
+    with pytest.raises(eomgen.NumericalError, match="accelerations and multipliers are not unique: rows depend on each other"):
+        parallelogram.forward_dynamics([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
