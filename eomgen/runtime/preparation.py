@@ -34,7 +34,7 @@ def stepper_library(model: Model, name: str) -> Library:
     if missing and not layout["facts"]["constraints"]:
         what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
-    library = model.library if own else model.stepper(name)
+    library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
         other = "another method" if name.startswith("generalized_alpha") else "generalized_alpha"
         raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", other)

@@ -120,3 +120,10 @@ def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -
         expected, found = (model.simulate(0.5, 1e-3, parameters={"shake": shake}) for model in (in_joints, in_world))
         np.testing.assert_allclose(found.outputs["tip"][0], [shake, 0.0, -1.0], atol=1e-12)
         np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
+
+
+def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
+    model = eomgen.build(absolute().scene, ["poses"], profile="quick")
+    for method in ("generalized_alpha", "rk4_partitioned"):
+        run = model.simulate(0.01, 1e-3, method=method)
+        assert run.success, run.message
