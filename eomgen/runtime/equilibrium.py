@@ -74,6 +74,11 @@ class Equilibrium:
         """The state as ``simulate(initial=...)`` takes it."""
         return {"q": self.q, "v": self.v} | ({"z": self.z} if len(self.z) else {})
 
+    @property
+    def a(self) -> Array:
+        """(nv,) zeros."""
+        return np.zeros(len(self.v))
+
     def doubts(self, *, any_kind: bool) -> list[str]:
         """Return the notes; where equilibria of any kind were asked for, it is no doubt that a motion settles elsewhere."""
         return [note for note in self.notes if not (any_kind and note.startswith(_ELSEWHERE))]

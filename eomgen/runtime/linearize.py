@@ -42,6 +42,8 @@ class Rest(Protocol):
     @property
     def z(self) -> Array: ...
     @property
+    def a(self) -> Array: ...
+    @property
     def multipliers(self) -> Array: ...
     @property
     def t(self) -> float: ...
@@ -279,8 +281,12 @@ def _found_state(
 
 
 def _resting(what: str, found: Rest, setting: Setting) -> tuple[State, Setting]:
-    """Return a state without accelerations, and the base as it was when the state was found."""
-    state = State(what, found.q, found.v, found.z, np.zeros(len(found.v)), found.multipliers)
+    """Return a state that was found, and the base as it was then; warn where its velocities turn."""
+    if np.any(found.a):
+        how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
+        hint = "a frame on a free joint that does not spin, with spins as joints of their own"
+        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
+    state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
     return state, replace(setting, t=found.t, base=found.base if setting.base is None else setting.base)
 
 

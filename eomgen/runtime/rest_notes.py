@@ -64,6 +64,7 @@ class Places:
         lengths = [float(np.linalg.norm(self.vector(vector))) for vector in vectors]
         lengths += [abs(self.number(spring.length)) for spring in scene.springs]
         lengths += [abs(self.number(tyre.radius)) for tyre in scene.tyres]
+        lengths += [abs(self.number(given)) for item in scene.constraints for given in (item.radius, item.length)]
         lengths += [body.beam.length for body in scene.bodies if body.beam is not None]
         for joint in scene.joints:
             if joint.type == "prismatic":
