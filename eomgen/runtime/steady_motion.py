@@ -275,6 +275,8 @@ class _Linear(NamedTuple):
 
 
 def _linear(conditions: Conditions, fields: Fields, given: _Given, state: _State) -> _Linear:
+    """Return the conditions at a state. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+    conditions.root_of_mass(state.q)
     at = conditions.at(*state.motion)
     X, W = fields.directions(state.q), fields.along(state.g).W
     D = fields.slope(state.q, state.g)
