@@ -105,7 +105,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Facts:
-    """What methods may rely on; checked before any C exists."""
+    """What methods may rely on; checked before any C exists.
+
+    ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is constant.
+    """
 
     constant_mass: bool
     velocity_forces: bool
@@ -113,6 +116,7 @@ class Facts:
     moving_base: bool
     constraints: bool = False
     internal_states: bool = False
+    conservative: bool = False
 
 
 @dataclass(frozen=True)

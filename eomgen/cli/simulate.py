@@ -105,6 +105,7 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     total = solution.energy.get("total")
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))
+    rows.append(("energy balance", str(solution.metadata["energy_balance"])))
     for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[:12]:
         rows.append((f"{name} at the end", _with_unit(value, unit)))
     if model.nq > 12:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.base import base_law
@@ -188,7 +188,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         what = "angles of joints over all turns, which steppers let the references in q follow"
         of_angles = Function("joint_angles", what, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
         functions[of_angles.name] = _pruned(derivation, of_angles, timed)
-    facts = _facts(derivation)
+    facts = _facts(derivation, made)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
     if derivation.absolute:
@@ -245,7 +245,7 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
     return drivers
 
 
-def _facts(derivation: Derivation) -> Facts:
+def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied()]
     return Facts(
@@ -255,6 +255,7 @@ def _facts(derivation: Derivation) -> Facts:
         moving_base=derivation.scene.base is not None,
         constraints=derivation.constraints is not None,
         internal_states=bool(derivation.scene.states),
+        conservative="energy" in made and all(tape.value(ref) == 0.0 for ref in made["energy"].outputs[0].refs[2:]),
     )
 
 

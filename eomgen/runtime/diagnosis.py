@@ -1,15 +1,19 @@
-"""Why a run stopped: which block left the finite numbers first, and what to try."""
+"""Why a run stopped, or came to an end that is none: what left the finite numbers first, what speaks against it, what to try."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from eomgen.errors import UsageError
+from eomgen.integrators.methods import GeneralizedAlpha, Method
 from eomgen.lie import product
+from eomgen.runtime.energy_balance import SAID, Balance
+from eomgen.runtime.growth import Growth
 from eomgen.runtime.large_angles import HINT, REASON, large_angles, large_joint_angles
 from eomgen.runtime.left_curves import left_curves
 
@@ -120,13 +124,8 @@ def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals:
     return ""
 
 
-#: Share of the energies at work beyond which the balance of energy of a run is grossly wrong.
-GROSS = 0.1
-
-
 def doubts(
-    statistics: Mapping[str, float], t: Array, energy: Mapping[str, Array], step: float, jumps: ArrayLike = (),
-    cause: Callable[[], str] = str,
+    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str
 ) -> str:  # fmt: skip
     """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
 
@@ -136,48 +135,35 @@ def doubts(
     halvings = int(statistics.get("halvings", 0))
     if halvings:
         found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
-    share = energy_error(t, energy, jumps)
-    if share > GROSS:
-        found.append(f"the energy is out of balance by {100.0 * share:.3g} % of the energies at work")
+    if balance.error is not None and balance.error > SAID:
+        found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
     return f"{', and '.join(found)}; {cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
-def energy_error(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = ()) -> float:
-    """Return the largest violation of d(total)/dt = power + base power over a run, as a share of the energies that move.
+def failure(growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method) -> str:
+    """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be one.
 
-    0 where rows too far apart, or missing energies, leave it open. Rows next to ``jumps`` of the forces are passed over: what is
-    done in between, the rows do not tell.
+    Parameters
+    ----------
+    growth : what grows by the method alone
+    balance, energy : of the recorded rows
     """
-    if len(t) < 5 or not all(name in energy and np.all(np.isfinite(energy[name])) for name in ("total", "power", "base_power")):
-        return 0.0
-    rate = energy["power"] + energy["base_power"]
-    rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
-    known = _smooth_intervals(t, jumps)
-    pairs = np.logical_and(known[: rows - 1 : 2], known[1 : rows - 1 : 2])
-    work = _integral(t, rate, known)
-    coarse = _integral(t[:rows:2], rate[:rows:2], pairs)
-    uncertain = np.max(np.abs(coarse - _integral(t[:rows], rate[:rows], np.repeat(pairs, 2))[::2]))
-    swing = np.ptp(energy["potential"]) + np.max(energy["kinetic"]) + np.max(np.abs(work))
-    floor = 1e-9 * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
-    change = np.append(0.0, np.cumsum(np.where(known, np.diff(energy["total"]), 0.0)))
-    error = np.max(np.abs(change - work))
-    if swing <= floor or error <= 4.0 * uncertain:
-        return 0.0
-    return float(error / swing)
+    if growth is not None:
+        totals = energy.get("total", np.zeros(0))
+        energies = f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J" if len(totals) > 1 else ""
+        step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
+        hint = f"{step}, or {_more_stable(method)}"
+        return f"the method is unstable at this step: {growth}{energies}; try: {hint}"
+    if balance.infinite is not None:
+        what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
+        return f"{what}; try: other initial velocities, forces or units"
+    return ""
 
 
-def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
-    """Return for each interval between rows whether no jump lies in it, ends included."""
-    near = 1e-9 * (np.abs(t).max() + 1.0)
-    first, last = np.searchsorted(np.sort(np.asarray(jumps, float)), [t[:-1] - near, t[1:] + near])
-    return np.asarray(first == last)
-
-
-def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
-    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are known."""
-    pieces: Array = np.append(0.0, np.where(known, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]), 0.0))
-    total: Array = np.cumsum(pieces)
-    return total
+def _more_stable(method: Method) -> str:
+    if not isinstance(method, GeneralizedAlpha) or (method.case is not None and not method.case.unconditionally_stable):
+        return "generalized_alpha, which is stable at larger ones"
+    return "a smaller rho_inf" if method.parameters.get("rho_inf", 0) > 0 else "another method"
 
 
 def fast_joint(model: Model, t: float, q: Array, v: Array, p: Array, step: float) -> str:

@@ -292,7 +292,8 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
         values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
         result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
-        return {**result, "total": result["kinetic"] + result["potential"]}
+        with np.errstate(invalid="ignore"):  # of infinite energies
+            return {**result, "total": result["kinetic"] + result["potential"]}
 
     def outputs(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,

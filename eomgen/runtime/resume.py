@@ -89,7 +89,7 @@ def resume(
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
         raise UsageError(Problem("t_end", what, "a later t_end"))
     every = int(said["record_every"])
-    check_memory((grid.steps - stepper.count) // every + 2, 1 + model.nq + 2 * model.nv)
+    check_memory((grid.steps - stepper.count) // every + 2, stepper.sizes["row"])
     given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
     check_span(model, library, p, given, grid)
     signals = InputSignals(

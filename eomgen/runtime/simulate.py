@@ -19,7 +19,9 @@ from eomgen.runtime.between import between_of
 from eomgen.runtime.checkpoint import Keeper
 from eomgen.runtime.damping import unresolved_damping, unresolved_states
 from eomgen.runtime.dense import State
-from eomgen.runtime.diagnosis import advice, doubts, fast_joint, first_non_finite
+from eomgen.runtime.diagnosis import advice, doubts, failure, fast_joint, first_non_finite
+from eomgen.runtime.energy_balance import SAID, Balance, energy_balance
+from eomgen.runtime.growth import at_rest, own_growth, unstable_growth
 from eomgen.runtime.indefinite import beyond_order_in_run, indefinite_mass
 from eomgen.runtime.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
 from eomgen.runtime.limits import starts_beyond_limits
@@ -73,7 +75,8 @@ def simulate(
     """Integrate the equations of motion on a grid of equal steps.
 
     What is not given is the scene's; the method is the one that the model was built with. A numerical failure and Ctrl-C end
-    the run with the last good state: the Solution then has ``success`` False and a message; nothing is raised.
+    the run with the last good state: the Solution then has ``success`` False and a message; nothing is raised. So it has where
+    the motion has grown because the method is unstable at this step: see ``runtime.growth``.
 
     Parameters
     ----------
@@ -143,7 +146,8 @@ def simulate(
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     grid = time_grid(t_first, end, step, library.real)
-    check_memory(grid.steps // every + 2, 1 + model.nq + 2 * model.nv + model.nz)
+    stepper = Stepper(library, chosen, p)
+    check_memory(grid.steps // every + 2, stepper.sizes["row"])
     from_caller = read_signals(inputs, model.inputs, grid.steps)
     check_span(model, library, p, from_caller, grid)
     if stepped_by.family in SERIES_FAMILIES:
@@ -158,7 +162,6 @@ def simulate(
     run = replace(run, corrections=corrections, begun=begun)
 
     began = time.perf_counter()
-    stepper = Stepper(library, chosen, p)
     keeper = keeper_of(run, library, checkpoint, checkpoint_every)
     table = run.driven(t_first + (step if grid.whole else grid.rest) * stepper.input_times) if run.driven else None
     status = stepper.initialize(t_first, state.q, state.v, table, state.z)
@@ -196,7 +199,7 @@ def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> boo
 def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:
     """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
     model, p = run.model, run.parameters
-    message = _message(model, stepper, trajectory, p, run.signals, run.grid.steps, run.settings)
+    message = _message(run, stepper, trajectory)
     if keeper is not None and not trajectory.status:
         message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
     statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
@@ -204,9 +207,19 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
     jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
-    cause = partial(beyond_order_in_run, model, t, q, p)
-    if success and (doubt := doubts(statistics, t, energy, run.settings["step"], jumps, cause)):
-        message = f"{message}; {doubt}"
+    conservative = model.library.layout["facts"]["conservative"]
+    balance = energy_balance(t, energy, jumps, conservative=conservative)
+    if balance.error is not None and balance.error > SAID and at_rest(run, trajectory.rows):
+        balance = Balance(0.0)
+    if success:
+        growth = unstable_growth(run, stepper.library, trajectory)
+        cause = partial(beyond_order_in_run, model, t, q, p)
+        if fault := failure(growth, balance, energy, run.method):
+            success, message = False, f"{message}, but {fault}"
+        elif doubt := doubts(statistics, balance, run.settings["step"], cause):
+            message = f"{message}; {doubt}"
+    if balance.error is not None:
+        statistics = {**statistics, "energy_error": balance.error}
     of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
     message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
     described = _metadata(model, run.name, run.settings, p, run.every, run.grid)
@@ -214,7 +227,9 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
         success=success, interrupted=trajectory.interrupted,
-        metadata={**described, "start": run.begun, "corrections": run.corrections, "notes": notes},
+        metadata={
+            **described, "start": run.begun, "corrections": run.corrections, "notes": notes, "energy_balance": str(balance),
+        },
         see=lambda: seen(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
         linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
@@ -226,20 +241,19 @@ def _listed(settings: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
 
 
-def _message(
-    model: Model, stepper: Stepper, run: Trajectory, p: Array, signals: InputSignals, steps: int, settings: Mapping[str, float]
-) -> str:
-    t = run.rows[-1, 0]
-    if run.failure is not None:
-        return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {run.failure.problems[0]}"
-    if run.interrupted:
-        return f"interrupted at t = {t:.9g} s, after {run.steps} of {steps} steps"
-    if run.status == 0:
-        return f"reached t = {t:.9g} s in {run.steps} steps"
-    text = stepper.status_text(run.status)
-    _, q, v, a, _, z = (part[0] for part in _split(run.rows[-1:], model))
-    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, signals)
-    inertia = None if block else indefinite_mass(model, q, p, run.rows[0, 1 : 1 + model.nq], settings["step"])
+def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
+    model, p, settings = run.model, run.parameters, run.settings
+    t = trajectory.rows[-1, 0]
+    if trajectory.failure is not None:
+        return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {trajectory.failure.problems[0]}"
+    if trajectory.interrupted:
+        return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+    if trajectory.status == 0:
+        return f"reached t = {t:.9g} s in {trajectory.steps} steps"
+    text = stepper.status_text(trajectory.status)
+    _, q, v, a, _, z = (part[0] for part in _split(trajectory.rows[-1:], model))
+    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
+    inertia = None if block else indefinite_mass(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
     hint = inertia.hint if inertia else advice(text, settings)
@@ -247,7 +261,10 @@ def _message(
         details, hint = details + cause[0], cause[1]
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
-    return f"stopped at t = {t:.9g} s, after {run.steps} of {steps} steps: {text}{details}; try: {hint}"
+    elif not found and (growth := own_growth(run, stepper.library, trajectory.rows)):
+        details = f"{details}; {growth}"
+        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+    return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
 
 
 def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array, Array]:

@@ -45,7 +45,7 @@ class Solution:
     multipliers : (nt, number of constraints)
     outputs : name -> (nt,) or (nt, size)
     energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
-    stats : counts of the stepper, wall time in s
+    stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is known
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
     see : gives what pictures show, when it is first asked for; None where it is not known

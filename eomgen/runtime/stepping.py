@@ -24,6 +24,8 @@ Progress = Callable[[int, int], None]
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1
+#: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see ``growth``.
+WINDOW = 16
 _FIRST_CHUNK = 1
 _LARGEST_CHUNK = 1_000_000
 
@@ -154,13 +156,19 @@ def _on_cache_lines(size: int) -> Array:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted."""
+    """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted.
+
+    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the row before
+    the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not come so far.
+    """
 
     rows: Array
     status: int
     interrupted: bool
     steps: int
     failure: UsageError | None = None
+    middle: Array | None = None
+    end: Array | None = None
 
 
 def run_chunks(
@@ -189,10 +197,16 @@ def run_chunks(
     pieces = [stepper.row[np.newaxis]]
     done, status, chunk = stepper.count, 0, _FIRST_CHUNK
     last_recorded = done
+    last = max(done, grid.whole - 2 * WINDOW)
+    half = done + (grid.whole - done) // 2
+    windows = [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, grid.whole)]
+    kept: list[list[Array]] = [[] for _ in windows]
     failure: UsageError | None = None
     with _interrupts() as interrupted:
         while done < grid.whole and status == 0 and not interrupted.is_set():
-            size = min(chunk, grid.whole - done)
+            inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
+            edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
+            size = min(chunk, edge - done)
             if keeper is not None and (room := keeper.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
@@ -206,12 +220,18 @@ def run_chunks(
                         continue
                     failure = error
                     break
-            record = np.empty((size // record_every + 1, width))
-            before = done
-            status, rows = stepper.run(size, record_every, table, record)
+            before, every = done, record_every if inside is None else 1
+            if inside is not None and not kept[inside]:
+                kept[inside].append(stepper.row[np.newaxis])
+            record = np.empty((size // every + 1, width))
+            status, rows = stepper.run(size, every, table, record)
             done = stepper.count
-            if rows:
-                pieces.append(record[:rows].copy() if rows < len(record) // 2 else record[:rows])
+            found = record[:rows]
+            if inside is not None:
+                kept[inside].append(found)
+                found = found[-(before + 1) % record_every :: record_every]
+            if len(found):
+                pieces.append(found.copy() if len(found) < len(record) // 2 else found)
                 last_recorded = done - done % record_every
             elapsed = time.perf_counter() - began
             if keeper is not None and status == 0:
@@ -220,24 +240,25 @@ def run_chunks(
                 progress(done, grid.steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            chunk = max(1, min(_LARGEST_CHUNK, 4 * size, int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
+            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
         stopped = interrupted.is_set() and done < grid.steps
         if keeper is not None and status == 0:
             keeper.look(stepper, done, final=True)
-        end = None
+        last_row = None
         if grid.rest and status == 0 and failure is None and not stopped:
             try:
-                status, end = _last_step(stepper, grid, inputs)
+                status, last_row = _last_step(stepper, grid, inputs)
             except UsageError as error:
                 failure = error
-    if end is not None:
+    if last_row is not None:
         done += 1
-        pieces.append(end[np.newaxis])
+        pieces.append(last_row[np.newaxis])
         if progress is not None:
             progress(done, grid.steps)
     elif last_recorded != done:
         pieces.append(stepper.row[np.newaxis])
-    return Trajectory(np.concatenate(pieces), status, stopped, done, failure)
+    *middle, end = (np.concatenate(rows) if rows else None for rows in kept)
+    return Trajectory(np.concatenate(pieces), status, stopped, done, failure, middle[0] if middle else None, end)
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:

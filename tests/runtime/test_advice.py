@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.runtime.diagnosis import doubts, energy_error
+from eomgen.runtime.diagnosis import doubts
+from eomgen.runtime.energy_balance import Balance, energy_balance
 from tests.runtime.scenes import pendulum
 
 
@@ -29,8 +30,7 @@ def test_a_run_with_too_large_steps_says_so() -> None:
 
 
 def test_halved_steps_are_told() -> None:
-    t = np.linspace(0.0, 1.0, 11)
-    assert doubts({"halvings": 1}, t, {}, 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
+    assert doubts({"halvings": 1}, Balance(None), 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
     model = eomgen.build(swing(), profile="quick")
     solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})
     assert solution.success and solution.stats["halvings"] > 0
@@ -48,20 +48,33 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
         return {"kinetic": kinetic, "potential": potential, "total": total, "power": force, "base_power": 0.0 * t}
 
     swing = 1.0 + 1.0 + 1.0 / 3.0  # of potential energy, kinetic energy and work
-    assert energy_error(t, energies(0.0)) == 0.0
-    assert energy_error(t, energies(0.1)) == pytest.approx(1.0 / swing, rel=1e-3)
+    assert energy_balance(t, energies(0.0)).error == pytest.approx(0.0, abs=2e-5)
+    off = energy_balance(t, energies(0.1))
+    assert off.error == pytest.approx(1.0 / swing, rel=1e-3) and str(off) == "off by 43 % of the energies at work"
     sparse = {name: values[::150] for name, values in energies(0.0).items()}
-    assert energy_error(t[::150], sparse) == 0.0  # the work between rows so far apart is not known
-    assert "out of balance by 42.9 %" in doubts({}, t, energies(0.1), 1e-2)
+    assert str(energy_balance(t[::150], sparse)) == "not known: the rows are too far apart to tell the work in between"
+    few = {name: values[::250] for name, values in energies(0.0).items()}
+    three = {name: values[::400] for name, values in energies(0.0).items()}
+    assert str(energy_balance(t[::400], three)).startswith("not known: 3 rows")
+    assert energy_balance(t[::250], few, conservative=True).error > 0.1  # no work can be between the rows
+    assert str(energy_balance(t, {})) == "not known: the model was built without the term energy"
+    assert "out of balance by 42.9 %" in doubts({}, off, 1e-2)
+    assert doubts({}, energy_balance(t, energies(0.002)), 1e-2) == ""
+    assert "out of balance by 1.28 %" in doubts({}, energy_balance(t, energies(0.003)), 1e-2)
     pulse = (t > 0.5021) & (t < 0.5073)  # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
     speed = 0.52 * (t >= 0.5073)
     kicked = dict.fromkeys(energies(0.0), 0.0 * t) | {"kinetic": 0.5 * speed**2, "total": 0.5 * speed**2}
     kicked["power"] = 100.0 * pulse * speed
-    assert energy_error(t, kicked) > 0.9
-    assert energy_error(t, kicked, [0.5021, 0.5073]) == 0.0
+    assert energy_balance(t, kicked).error > 0.9
+    assert energy_balance(t, kicked, [0.5021, 0.5073]).error == 0.0
     rest = {name: np.full(1001, 5.0 if name in ("potential", "total") else 0.0) for name in energies(0.0)}
     rest["total"] = rest["total"] + 1e-13 * np.arange(1001)
-    assert energy_error(t, rest) == 0.0
+    assert energy_balance(t, rest).error == 0.0
+    drifting = {**rest, "kinetic": np.geomspace(1e-60, 1e-90, 1001), "potential": 0.0 * t}
+    drifting["total"] = drifting["kinetic"]
+    assert energy_balance(t, drifting).error == pytest.approx(1.0)  # whether that is rounding, energies alone do not tell
+    endless = {**rest, "total": np.where(t < 4.0, rest["total"], np.inf)}
+    assert energy_balance(t, endless).infinite == 4.0 and energy_balance(t, endless).error is None
 
 
 def test_a_fixed_parameter_is_called_fixed() -> None:

@@ -1,0 +1,98 @@
+"""The balance of energy over the rows of a run: d(kinetic + potential)/dt = power + base power holds along every motion.
+
+Where no force has power the total energy is constant, and two rows tell. Elsewhere the work between rows is the integral of the
+power at the rows; every second row left out shows how well they tell it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+#: Share of the energies at work beyond which a run says that its balance is off.
+SAID = 0.01
+#: Rows that the integral of a power needs.
+_ROWS = 5
+#: Error of an integral over rows, in times what every second row makes of it.
+_MARGIN = 4.0
+
+
+class Balance(NamedTuple):
+    """How far the energy of a run is out of balance.
+
+    Attributes
+    ----------
+    error : largest violation of the balance, as a share of the energies that move; None where it is not known
+    unknown : why it is not known
+    infinite : s, the first time at which the energy is beyond the finite numbers; None where it never is
+    """
+
+    error: float | None
+    unknown: str = ""
+    infinite: float | None = None
+
+    def __str__(self) -> str:
+        if self.error is None:
+            return f"not known: {self.unknown}"
+        return f"off by {100.0 * self.error:.2g} % of the energies at work"
+
+
+def energy_balance(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (), *, conservative: bool = False) -> Balance:
+    """Return the balance of energy over rows.
+
+    Parameters
+    ----------
+    t : (n,) s
+    energy : mapping
+        ``kinetic``, ``potential``, ``total`` in J and ``power``, ``base_power`` in W, (n,) each.
+    jumps : (k,) s
+        Where forces jump: rows next to these are passed over, for what is done in between they do not tell.
+    conservative : bool
+        Whether there is no power in any state.
+    """
+    if not all(name in energy for name in ("kinetic", "potential", "total", "power", "base_power")):
+        return Balance(None, "the model was built without the term energy")
+    finite = np.isfinite(energy["total"]) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
+    if not np.all(finite):
+        return Balance(None, "the energy is beyond the finite numbers", float(t[np.argmin(finite)]))
+    if len(t) < (2 if conservative else _ROWS):
+        return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
+    total = energy["total"]
+    moving = np.ptp(energy["potential"]) + np.max(energy["kinetic"])
+    floor = 1e-9 * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
+    if conservative:
+        return Balance(float(np.max(np.abs(total - total[0])) / moving) if moving > floor else 0.0)
+    rate = energy["power"] + energy["base_power"]
+    rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
+    known = _smooth_intervals(t, jumps)
+    pairs = np.logical_and(known[: rows - 1 : 2], known[1 : rows - 1 : 2])
+    work = _integral(t, rate, known)
+    coarse = _integral(t[:rows:2], rate[:rows:2], pairs)
+    uncertain = _MARGIN * np.max(np.abs(coarse - _integral(t[:rows], rate[:rows], np.repeat(pairs, 2))[::2]))
+    swing = moving + np.max(np.abs(work))
+    change = np.append(0.0, np.cumsum(np.where(known, np.diff(total), 0.0)))
+    error = np.max(np.abs(change - work))
+    if swing <= floor:
+        return Balance(0.0)
+    if error <= uncertain and uncertain > SAID * swing:
+        return Balance(None, "the rows are too far apart to tell the work in between")
+    return Balance(float(error / swing))
+
+
+def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
+    """Return for each interval between rows whether no jump lies in it, ends included."""
+    near = 1e-9 * (np.abs(t).max() + 1.0)
+    first, last = np.searchsorted(np.sort(np.asarray(jumps, float)), [t[:-1] - near, t[1:] + near])
+    return np.asarray(first == last)
+
+
+def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
+    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are known."""
+    pieces: Array = np.append(0.0, np.where(known, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]), 0.0))
+    total: Array = np.cumsum(pieces)
+    return total

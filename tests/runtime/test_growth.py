@@ -1,0 +1,244 @@
+"""Motions that grow: by the method alone a run fails, by its own equations it does not, whatever rows and terms there are."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+
+STEP = 1e-3
+
+
+def sled(name: str = "sled", **more: Any) -> dict[str, Any]:
+    """Return a mass on a rail with tunable stiffness and damping, no gravity."""
+    rail = {
+        "type": "prismatic", "parent": "base", "child": "sled", "axis": [1, 0, 0], "stiffness": "k", "damping": "c",
+        "initial": {"position": 1.0},
+    }  # fmt: skip
+    tunable = {"k": {"value": 1e4, "tunable": True}, "c": {"value": 0.0, "tunable": True}}
+    bare = {"format": 1, "name": name, "gravity": [0, 0, 0], "parameters": tunable, "bodies": {"sled": {"mass": 1.0}}}
+    return {**bare, "joints": {"rail": rail}, **more}
+
+
+@cache
+def model() -> eomgen.Model:
+    return eomgen.build(sled(), profile="quick")
+
+
+def run(stiffness: float, steps: int, damping: float = 0.0, **options: Any) -> eomgen.Solution:
+    options = {"method": "rk4", "parameters": {"k": stiffness, "c": damping}, **options}
+    return model().simulate(steps * STEP, STEP, **options)
+
+
+@pytest.mark.parametrize("every", [1, 50, 10_000])
+@pytest.mark.parametrize(
+    ("frequency", "steps"), [(2.9, 100), (3.0, 30), (3.16, 100), (3.16, 700), (5.0, 100), (31.0, 25), (100.0, 30)]
+)
+def test_a_run_that_explodes_fails_whatever_is_recorded(frequency: float, steps: int, every: int) -> None:
+    solution = run((frequency / STEP) ** 2, steps, record_every=every)
+    assert not solution.success and not solution.interrupted
+    start, _, fault = solution.message.partition(", but the method is unstable at this step: ")
+    assert start == f"reached t = {steps * STEP:.9g} s in {steps} steps"
+    assert fault.startswith("v.rail grows from ") and f" and {steps * STEP:.6g} s, and to " in fault
+    assert ", and the total energy from " in fault and "; try: a step of " in fault
+    assert fault.endswith(" s or less, or generalized_alpha, which is stable at larger ones")
+    cure = float(fault.partition("try: a step of ")[2].partition(" s or less")[0])
+    again = model().simulate(steps * STEP, cure, method="rk4", parameters={"k": (frequency / STEP) ** 2})
+    assert again.success and np.abs(again.q).max() < 1.01
+
+
+def test_growth_that_is_slow_is_seen_over_the_whole_run() -> None:
+    limit = math.sqrt(8.0)
+    for frequency in (limit + 0.01, limit + 0.03):
+        solution = run((frequency / STEP) ** 2, 1000, record_every=1000)
+        assert not solution.success and "the method is unstable at this step: v.rail grows" in solution.message
+    for frequency in (limit - 0.1, limit - 0.01):
+        assert run((frequency / STEP) ** 2, 1000, record_every=1000).success
+
+
+def test_neither_energies_nor_mass_need_to_be_there() -> None:
+    bare = eomgen.build(sled("bare"), terms=["forward_dynamics"], method="rk4", profile="quick")
+    assert "energy" not in bare.functions and "mass" not in bare.functions
+    solution = bare.simulate(0.1, STEP, parameters={"k": 1e7}, record_every=100)
+    assert not solution.success and "v.rail grows from 3.03e+30 to 1.06e+36 m/s between t = 0.084 and 0.1 s" in solution.message
+    assert "energy" not in solution.message
+    assert solution.metadata["energy_balance"] == "not known: the model was built without the term energy"
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "frequency", "hint"),
+    [
+        ("newmark", {"beta": 0.1}, 3.0, "or generalized_alpha, which is stable at larger ones"),
+        ("newmark", {"beta": 0.1}, 1e3, "or generalized_alpha, which is stable at larger ones"),
+    ],
+)
+def test_other_methods_beyond_their_limit(method: str, options: dict[str, Any], frequency: float, hint: str) -> None:
+    solution = run((frequency / STEP) ** 2, 100, method=method, **options)
+    assert not solution.success and "the method is unstable at this step" in solution.message
+    assert hint in solution.message
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
+@pytest.mark.parametrize("frequency", [2.0, 10.0, 1e3, 1e5])
+@pytest.mark.parametrize("position", [0.0, 1.0])
+def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency: float, position: float) -> None:
+    start = {"rail": {"position": position, "velocity": 1.0}}
+    for steps in (10, 33, 200):
+        assert run((frequency / STEP) ** 2, steps, method=method, initial=start).success
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha", "trapezoidal", "hermite"])
+def test_motions_that_grow_by_their_own_equations_do_not_fail(method: str) -> None:
+    runs = [
+        run(-((0.5 / STEP) ** 2), 100, method=method),  # a stiffness below zero: e^50
+        run(1e4, 1000, damping=-20.0, method=method),  # damping below zero: e^10
+        run(-1e2, 1000, method=method, initial={"rail": 1e-6}),
+        run(-((0.3 / STEP) ** 2), 400, damping=-30.0, method=method, record_every=400),
+    ]
+    assert all(solution.success for solution in runs), [solution.message for solution in runs]
+    assert np.abs(runs[0].q).max() > 1e20 and np.abs(runs[3].q).max() > 1e45
+
+
+def test_a_pendulum_that_falls_and_a_controller_that_diverges() -> None:
+    builder = eomgen.SceneBuilder("falling").body("rod", 1.0, center_of_mass=[0, 0, 0.5], inertia=[0.1, 0.1, 0.01])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 1e-9})
+    falling = eomgen.build(builder.build(), profile="quick")
+    for method, end in (("rk4", 4.6), ("generalized_alpha", 5.0), ("generalized_alpha", 5.3), ("hermite", 4.8)):
+        solution = falling.simulate(end, 2e-3, method=method, record_every=10_000)
+        assert solution.success and solution.message.startswith(f"reached t = {end:.9g} s")
+    builder = eomgen.SceneBuilder("diverging", gravity=[0, 0, 0]).body("sled", 1.0)
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"velocity": 1.0})
+    builder.state("lead", "40 * lead + v.rail", unit="m").effort("push", "rail", "5 * lead")
+    diverging = eomgen.build(builder.build(), profile="quick")
+    for method in ("rk4", "generalized_alpha"):
+        solution = diverging.simulate(1.0, STEP, method=method)
+        assert solution.success and abs(solution.z[-1, 0]) > 1e14
+
+
+def test_internal_states_that_decay_too_fast_for_the_step() -> None:
+    builder = eomgen.SceneBuilder("lagging").body("sled", 1.0).state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1)
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0}, stiffness=10.0)
+    lagging = eomgen.build(builder.build(), profile="quick")
+    solution = lagging.simulate(0.05, STEP, method="rk4", record_every=100)
+    assert not solution.success and "the method is unstable at this step: z.lag grows from" in solution.message
+    assert lagging.simulate(0.05, STEP).success
+
+
+def test_random_machines_fail_where_steps_alone_make_them_grow(rng: np.random.Generator) -> None:
+    """Three masses in a row: eigenvalues say how large the motion becomes, and how large Runge and Kutta's steps make it."""
+    builder = eomgen.SceneBuilder("row", gravity=[0, 0, 0])
+    for k in range(3):
+        builder.parameter(f"k{k}", 1.0, tunable=True).parameter(f"c{k}", 0.0, tunable=True)
+        builder.body(f"m{k}", 1.0 + k)
+        carrier = f"m{k - 1}" if k else "base"
+        builder.joint(f"x{k}", "prismatic", carrier, f"m{k}", axis=[1, 0, 0], stiffness=f"k{k}", damping=f"c{k}")
+    row = eomgen.build(builder.build(), profile="quick")
+    judged = {True: 0, False: 0}
+    for _ in range(150):
+        p = {f"k{k}": float(10.0 ** rng.uniform(2.0, 7.5)) for k in range(3)}
+        p |= {f"c{k}": float(rng.uniform(-2.0, 10.0) * 10.0 ** rng.uniform(-2.0, 1.0)) for k in range(3)}
+        K, C, M = row.partials(np.zeros(3), np.zeros(3), np.zeros(3), parameters=p)
+        A = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+        roots = STEP * np.linalg.eigvals(A)
+        by_steps = np.abs(sum(roots**n / math.factorial(n) for n in range(5)))
+        steps, start = int(rng.integers(100, 600)), np.concatenate([rng.normal(size=3), 30.0 * rng.normal(size=3)])
+        numerical, true = np.log(by_steps.max()), roots.real.max()
+        if 0.05 < numerical < 0.25 or numerical * steps > 600.0:
+            continue  # near the limit, where it takes longer to be seen, and beyond the finite numbers
+        initial = {"q": start[:3], "v": start[3:]}
+        made = row.simulate(steps * STEP, STEP, method="rk4", parameters=p, initial=initial, record_every=999)
+        unstable = numerical > 0.25 and numerical > 3.0 * true
+        assert made.success is not unstable, (numerical, true, steps, made.message)
+        judged[unstable] += 1
+    assert min(judged.values()) > 10
+
+
+def test_energies_beyond_the_finite_numbers_are_a_failure() -> None:
+    solution = run(0.0, 10, initial={"rail": {"position": 0.0, "velocity": 1e200}})
+    assert not solution.success
+    what = "but the energy is beyond the finite numbers from t = 0 s on; try: other initial velocities, forces or units"
+    assert solution.message == f"reached t = 0.01 s in 10 steps, {what}"
+
+
+def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
+    builder = eomgen.SceneBuilder("swing").body("rod", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.01, 0.01, 0.01])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 2.5, "velocity": 1.0})
+    swing = eomgen.build(builder.build(), profile="quick")
+    solution = swing.simulate(20.0, 0.2, method="rk4", record_every=1000)
+    assert len(solution.t) == 2 and solution.stats["energy_error"] > 0.01
+    assert f"the energy is out of balance by {100 * solution.stats['energy_error']:.3g} % of" in solution.message
+    damped = run(1e4, 1000, damping=1.0, record_every=1000)
+    assert "energy_error" not in damped.stats
+    assert damped.metadata["energy_balance"] == "not known: 2 rows tell too little of the work in between"
+    fine = run(1e4, 1000, damping=1.0, method="generalized_alpha")
+    assert fine.success and fine.stats["energy_error"] < 0.01 and fine.metadata["energy_balance"].startswith("off by ")
+
+
+def test_what_rests_but_for_rounding_is_not_doubted() -> None:
+    joint: dict[str, Any] = {"type": "revolute", "axis": [0, 0, 1]}
+    body = {"mass": 1.0, "inertia": [1, 1, 1]}
+    second = {**joint, "parent": "a", "child": "b", "position": [1, 0, 0], "initial": {"position": 0.4, "velocity": 1.0}}
+    held = {
+        "format": 1, "name": "held", "gravity": [0, 0, 0], "bodies": {"a": body, "b": body},
+        "joints": {"p": {**joint, "parent": "base", "child": "a", "initial": {"position": 0.3}}, "r": second},
+        "points": {"e": {"body": "b", "position": [1, 0, 0]}},
+        "constraints": {"c": {
+            "type": "point_on_line", "first": {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]}, "second": "e",
+        }},
+    }  # fmt: skip
+    solution = eomgen.build(held, profile="quick").simulate(0.1, STEP)
+    assert np.abs(solution.v[-1]).max() < 1e-20
+    assert solution.success and "out of balance" not in solution.message and solution.stats["energy_error"] == 0.0
+
+
+def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
+    builder = eomgen.SceneBuilder("wall", gravity=[0, 0, 0]).body("sled", 1.0)
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0})
+    builder.effort("push", "rail", "20 * q.rail + 0.1 * q.rail**3")  # infinite at t = 0.978 s
+    wall = eomgen.build(builder.build(), profile="quick")
+    for method in ("generalized_alpha", "hermite"):
+        solution = wall.simulate(5.0, STEP, method=method)
+        assert not solution.success and solution.message.startswith("stopped at t = 0.97")
+        assert "; v.rail grows from " in solution.message
+        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+        assert solution.message.endswith(f"; try: {hint}")
+    unstable = run((12.0 / STEP) ** 2, 1000)
+    assert unstable.message.startswith("stopped at t = 0.10") and "a step smaller than 0.001 s" in unstable.message
+
+
+def test_the_part_of_a_run_that_goes_on_fails_too(tmp_path: Path) -> None:
+    first = run((2.9 / STEP) ** 2, 8, checkpoint=tmp_path / "run.ckpt")
+    assert first.success
+    assert not model().resume(tmp_path / "run.ckpt", 0.1).success
+
+
+@pytest.mark.parametrize("every", [1, 3, 7, 16, 40, 1000])
+@pytest.mark.parametrize("steps", [1, 2, 15, 31, 32, 33, 50, 100, 257])
+def test_rows_are_those_of_the_grid_whatever_else_is_kept(steps: int, every: int) -> None:
+    whole, some = run(1e4, steps), run(1e4, steps, record_every=every)
+    kept = sorted({*range(0, steps + 1, every), steps})
+    assert np.array_equal(some.t, whole.t[kept]) and np.array_equal(some.q, whole.q[kept])
+    table = run(1e4, steps, method="generalized_alpha", record_every=every)
+    assert len(table.t) == len(kept) and table.t[-1] == whole.t[-1]
+
+
+def test_the_command_line_answers_with_a_numerical_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "sled.toml"
+    scene.write_text(
+        'format = 1\nname = "sled"\ngravity = [0, 0, 0]\n[bodies]\nsled = { mass = 1 }\n[joints.rail]\ntype = "prismatic"\n'
+        'parent = "base"\nchild = "sled"\naxis = [1, 0, 0]\nstiffness = 1e6\ninitial = { position = 0.1 }\n',
+        encoding="utf-8",
+    )
+    out = ["--out", str(tmp_path / "out"), "--no-plots"]
+    assert main(["simulate", str(scene), "--method", "rk4", "--step", "1e-2", "--t-end", "1", *out]) == 6
+    said = capsys.readouterr()
+    assert "but the method is unstable at this step: v.rail grows from" in said.err and "solution.npz" in said.err
+    assert main(["simulate", str(scene), "--step", "1e-4", "--t-end", "0.1", *out]) == 0
+    assert "energy balance" in capsys.readouterr().out
