@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from eomgen.scene.joint import SIZES, Joint
-from eomgen.scene.rotation import CoordinateAxis, coordinate_axis, frame_about, rows
+from eomgen.scene.rotation import Array, CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
@@ -102,13 +102,11 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
     Returns
     -------
     axes : the axes of the joint's links in the child body's axes, as columns: the body's own, unless a turn is about a skew axis;
-        then the axis of turning is the links' z, and where there are two axes, both are coordinate axes
+        then the axis of turning is the links' z, and where there are two axes, both are coordinate axes. Where the axes are
+        beside coordinate axes, the links' axes are beside the body's
     motions : with axes in link axes; none for a fixed joint
     """
-    axis, second, axes = joint.axis, joint.second_axis, IDENTITY
-    turned_about = _TURNED_ABOUT.get(joint.type, 0)
-    if None in map(coordinate_axis, (axis, second)[:turned_about]):
-        axes, axis, second = frame_of(joint), IDENTITY[2], IDENTITY[0]
+    axes, axis, second = _link_axes(joint)
     components = tuple(range(SIZES[joint.type][1]))
     match joint.type:
         case "fixed":
@@ -124,6 +122,31 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
             return axes, (Motion(joint.type, (), components),)
         case _:
             return axes, (Motion(joint.type, (axis,), components),)
+
+
+def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
+    """Return the axes of a joint's links, and in them the joint's axis and its second axis."""
+    turned_about = (joint.axis, joint.second_axis)[: _TURNED_ABOUT.get(joint.type, 0)]
+    if None not in map(coordinate_axis, turned_about):
+        return IDENTITY, joint.axis, joint.second_axis
+    beside = [found for direction in turned_about if (found := axis_beside(direction)) is not None]
+    if len(beside) < len(turned_about):
+        return frame_of(joint), IDENTITY[2], IDENTITY[0]
+    columns: dict[int, Array] = {
+        near.place: near.sense * np.array(direction) for near, direction in zip(beside, turned_about, strict=True)
+    }
+    first = beside[0].place
+    other = beside[1].place if len(beside) > 1 else (first + 1) % 3
+    if len(beside) == 1:
+        across = np.eye(3)[other] - columns[first][other] * columns[first]
+        columns[other] = across / np.linalg.norm(across)
+    sense = 1.0 if other == (first + 1) % 3 else -1.0
+    columns[3 - first - other] = sense * np.cross(columns[first], columns[other])
+    axes = np.column_stack([columns[k] for k in range(3)])
+    if len(beside) > 1:
+        return rows(axes), beside[0].unit, beside[1].unit
+    x, y, z = (0.0 if k == first else float(columns[k] @ joint.second_axis) for k in range(3))
+    return rows(axes), beside[0].unit, (x, y, z)
 
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:

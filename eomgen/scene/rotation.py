@@ -30,6 +30,12 @@ class CoordinateAxis(NamedTuple):
     place: int
     sense: float
 
+    @property
+    def unit(self) -> tuple[float, float, float]:
+        """The unit vector along it."""
+        x, y, z = (self.sense if k == self.place else 0.0 for k in range(3))
+        return x, y, z
+
 
 def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
     """Return the coordinate axis that a unit vector is; None where it is none, however near to one.
@@ -38,6 +44,14 @@ def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
     """
     along = [k for k in range(3) if axis[k] != 0.0]
     return CoordinateAxis(along[0], math.copysign(1.0, axis[along[0]])) if len(along) == 1 else None
+
+
+def axis_beside(direction: Sequence[float]) -> CoordinateAxis | None:
+    """Return the coordinate axis that a unit vector differs from by less than ``ALIKE``; None where there is none."""
+    place = max(range(3), key=lambda k: abs(direction[k]))
+    if any(abs(direction[k]) > ALIKE for k in range(3) if k != place):
+        return None
+    return CoordinateAxis(place, math.copysign(1.0, direction[place]))
 
 
 def first_near(values: Sequence[float], wanted: float) -> int:

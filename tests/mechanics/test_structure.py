@@ -78,6 +78,23 @@ def test_a_joint_axis_beside_a_coordinate_axis_is_an_axis_of_its_own(kind: Joint
             assert size <= 100.0 * shift, f"{kind} {k} {j}: {name} changes by {size:.3g}"
 
 
+@pytest.mark.parametrize(
+    "joint",
+    [
+        {"type": "revolute", "axis": [3e-9, 0.0, -1.0]},
+        {"type": "cylindrical", "axis": [-1.0, 3e-9, 0.0]},
+        {"type": "planar", "axis": [0.0, -1.0, 3e-9], "x_axis": [0.6, 0.0, 0.8]},
+        {"type": "universal", "axis": [3e-9, -1.0, 0.0], "second_axis": [1.0, 3e-9, 0.0]},
+    ],
+)
+def test_links_have_the_axes_of_bodies_where_joints_are_beside_coordinate_axes(joint: Data) -> None:
+    """The matrices of the closed form are in the links' axes."""
+    exact = {key: np.round(value).tolist() if key != "x_axis" and key != "type" else value for key, value in joint.items()}
+    terms = ("system_jacobian", "link_brackets", "joint_brackets")
+    for name, size in change(*(computed(pendulum(**item), 1, terms) for item in (exact, joint))).items():
+        assert size <= 100.0 * 3e-9, f"{name} changes by {size:.3g}"
+
+
 def test_an_axis_1e_9_beside_z_does_not_turn_about_x() -> None:
     data = pendulum(type="revolute", axis=[1e-9, 0.0, 1.0])
     del data["bodies"]["arm"], data["joints"]["elbow"]
