@@ -89,7 +89,7 @@ def test_a_joint_axis_beside_a_coordinate_axis_is_an_axis_of_its_own(kind: Joint
 )
 def test_links_have_the_axes_of_bodies_where_joints_are_beside_coordinate_axes(joint: Data) -> None:
     """The matrices of the closed form are in the links' axes."""
-    exact = {key: np.round(value).tolist() if key != "x_axis" and key != "type" else value for key, value in joint.items()}
+    exact = {key: np.round(value).tolist() if key not in {"x_axis", "type"} else value for key, value in joint.items()}
     terms = ("system_jacobian", "link_brackets", "joint_brackets")
     for name, size in change(*(computed(pendulum(**item), 1, terms) for item in (exact, joint))).items():
         assert size <= 100.0 * 3e-9, f"{name} changes by {size:.3g}"
