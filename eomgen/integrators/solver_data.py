@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from eomgen.errors import ModelError
 from eomgen.integrators.elimination import Elimination, eliminate
 from eomgen.integrators.fronts import Fronts, make_fronts
 from eomgen.integrators.iteration_matrix import (
@@ -19,7 +20,7 @@ from eomgen.integrators.iteration_matrix import (
     iteration_terms,
     tangent_numbers,
 )
-from eomgen.integrators.samples import Samples
+from eomgen.integrators.samples import Array, Samples
 from eomgen.integrators.stages import stages, stages_of_tree
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
@@ -84,7 +85,7 @@ def make_solver(
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
-    elimination = eliminate(unknowns.matrix_size, values, order, constrained=count > 0)
+    elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained=count > 0)
     fronts = make_fronts(elimination, list(values), unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
@@ -92,6 +93,28 @@ def make_solver(
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
+
+
+def _pivots(
+    unknowns: Unknowns, values: Mapping[tuple[int, int], Array], order: Sequence[tuple[Sequence[int], Sequence[int]]],
+    count: int, *, constrained: bool,
+) -> Elimination:  # fmt: skip
+    """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
+
+    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are those of ``count``
+    samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each other stay refused.
+    """
+    try:
+        return eliminate(unknowns.matrix_size, values, order, constrained=constrained)
+    except ModelError:
+        if constrained or count < 2:
+            raise
+        others = np.arange(2 * count) % count > 0
+        try:
+            return eliminate(unknowns.matrix_size, {place: part[others] for place, part in values.items()}, order)
+        except ModelError:
+            pass
+        raise  # of the scene's state, which the message names
 
 
 def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
