@@ -112,8 +112,8 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     """
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        behind = sizes[-1] / sizes
+    with np.errstate(divide="ignore", invalid="ignore"):  # the largest so far: what passes through zero does not grow after it
+        behind = sizes[-1] / np.maximum.accumulate(sizes)
     component = int(np.argmax(np.nan_to_num(behind[0], posinf=0.0)))
     step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
     for least in _BEHIND:
