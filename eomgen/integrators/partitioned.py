@@ -21,6 +21,9 @@ PARTITIONED = "partitioned"
 LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
 #: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
 SMALLEST_PIVOT = 1e-9
+#: Parts of what the smallest pivot of B_D has been at most: a singular position is near below the first, so that corrections take
+#: factors of their own; below the second accelerations are interpolated, because digits that they lose grow with its third power.
+NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 _CONSTRAINED = Need(
     "constraints", True, "it eliminates constraint equations, and rk4 does the same work where there are none", "rk4"

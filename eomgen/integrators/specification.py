@@ -21,7 +21,15 @@ from eomgen.integrators.methods import (
     check_needs,
 )
 from eomgen.integrators.needs import FactsLike
-from eomgen.integrators.partitioned import GOOD_GAIN, LARGEST_GAIN, PARTITIONED, SMALLEST_PIVOT, PartitionedRungeKutta
+from eomgen.integrators.partitioned import (
+    GOOD_GAIN,
+    LARGEST_GAIN,
+    NEAR_PART,
+    PARTITIONED,
+    SINGULAR_PART,
+    SMALLEST_PIVOT,
+    PartitionedRungeKutta,
+)
 from eomgen.integrators.samples import Samples, samples_of
 from eomgen.integrators.solver_data import Solver, make_solver, solver_data
 from eomgen.integrators.taylor import MAX_ORDER, TAYLOR, Taylor, taylor_data
@@ -149,6 +157,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
             "largest_gain": LARGEST_GAIN,
             "good_gain": GOOD_GAIN,
             "smallest_pivot": SMALLEST_PIVOT,
+            "near_part": NEAR_PART,
+            "singular_part": SINGULAR_PART,
             "max_iterations": MAX_ITERATIONS,
         }
     nodes = sorted({c for c in method.c if c != 0} | {1})
@@ -285,7 +295,7 @@ SERIES_FAMILIES = (TAYLOR, HERMITE)
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
 _CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
 _TAYLOR_STATISTICS = ("expansions", "rejections")
-_PARTITION_STATISTICS = ("partitions", "max_constraint", "max_constraint_velocity", "max_pivot_ratio")
+_PARTITION_STATISTICS = ("partitions", "max_constraint", "max_constraint_velocity", "max_pivot_ratio", "singular_passages")
 
 
 def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
@@ -325,6 +335,7 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0, nu: int
         sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)
     if data["family"] == PARTITIONED:
         sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
+        sizes |= {"regular": 1, "regular_t": 2, "regular_vdot": 2 * nv, "regular_known": 1, "near": 1}
     if data["family"] != GENERALIZED_ALPHA:
         sizes |= _state_sizes(nz, "z", "zdot")
     sizes |= {"rest": len(data["turning"])} if data["turning"] else {}
