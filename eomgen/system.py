@@ -173,6 +173,8 @@ class System:
         Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
     inner_owners : tuple of int
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
+    extent : tuple of Ref
+        Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     guards : tuple of Ref
         Functions whose sign changes are events; ``modes`` are integers held constant within a step.
     discontinuities : tuple of Discontinuity
@@ -212,6 +214,7 @@ class System:
     holonomic: int = 0
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
+    extent: tuple[Ref, ...] = ()
     guards: tuple[Ref, ...] = ()
     modes: tuple[str, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()

@@ -1,4 +1,4 @@
-"""The two functions of a motion's Taylor coefficients as parts of a Program."""
+"""The functions of a motion's Taylor coefficients as parts of a Program, and the sizes that errors are measured by."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ LANES = 8
 def series_functions(
     system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
-    """Return ``series_start`` and ``series_next``, the sizes that a driver needs, and the times at which a series ends.
+    """Return ``series_start``, ``series_next`` and ``extent``, what a driver needs, and the times at which a series ends.
 
-    Sizes are ``products``, ``kept``, and ``room`` of a row of products.
+    What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components of q and
+    of v are angles, and which are lengths.
 
     Raises ModelError where the motion has no Taylor series.
     """
@@ -46,12 +47,38 @@ def series_functions(
         start.append((f"{block}_1", [term.value for term in terms], f"rate of {block}"))
         coefficients = [tape.mul(per_next, term.next) for term in terms]
         later.append((f"{block}_next", coefficients, f"coefficient k + 1 of {block}"))
-    functions = (
+    functions = [
         _function(tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, curve_numbers),
         _function(tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, curve_numbers),
-    )
+    ]
+    if system.extent:
+        sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
+        functions.append(_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers))
     room = -(-len(series.left) // LANES) * LANES
-    return functions, {"products": len(series.left), "kept": len(series.kept), "room": room, "lanes": LANES}, corners
+    needed = {"products": len(series.left), "kept": len(series.kept), "room": room, "lanes": LANES, "kinds": _kinds(system)}
+    return tuple(functions), needed, corners
+
+
+def _kinds(system: System) -> list[dict[str, Any]]:
+    """Return the components of q and v of each kind that there is, ``angle`` and ``length``; quaternions are angles."""
+    members: dict[str, tuple[list[int], list[int]]] = {"angle": ([], []), "length": ([], [])}
+    for factor in system.factors:
+        if factor.group == "R":
+            of_v = of_q = list((system.angular or (True,) * system.nv)[factor.v_start : factor.v_start + factor.v_size])
+        else:
+            of_q, of_v = ([k < turning for k in range(size)] for turning, size in ((4, factor.q_size), (3, factor.v_size)))
+        for k, turns in enumerate(of_q):
+            members["angle" if turns else "length"][0].append(factor.q_start + k)
+        for k, turns in enumerate(of_v):
+            members["angle" if turns else "length"][1].append(factor.v_start + k)
+    return [
+        {"name": name, "q": q, "v": v, "q_adjacent": _adjacent(q), "v_adjacent": _adjacent(v)}
+        for name, (q, v) in members.items() if v
+    ]  # fmt: skip
+
+
+def _adjacent(components: Sequence[int]) -> bool:
+    return list(components) == list(range(components[0], components[0] + len(components)))
 
 
 def _function(

@@ -15,12 +15,16 @@ from typing import Any
 from eomgen.integrators.needs import Need
 
 HERMITE = "hermite"
-#: Corrections end where they change no component by more than this part of the largest one, or of 1.
-CORRECTION_TOLERANCE = 1e-14
+#: Corrections end where they change no component by more than this part of the sizes of its kind, in units of rounding.
+CORRECTION_TOLERANCE = 45.0
 #: Corrections of a step at most.
 MOST_CORRECTIONS = 30
-#: Corrections have settled, too, when they shrink no more and are below this.
-ROUND_OFF = 1e-12
+#: Corrections have settled, too, when they shrink no more and are below this, in the same units.
+ROUND_OFF = 4500.0
+#: The part of 1 rad, or of the size of the machine, that counts as the size of a smaller motion: rounding is not far below.
+COARSE = 0.01
+#: By how much the square of a quaternion's length may be off before it is brought to 1; steps that settle miss it by far less.
+STRETCH = 0.1
 
 _UNCONSTRAINED = Need(
     "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
@@ -45,6 +49,8 @@ def hermite_data(method: Hermite) -> dict[str, Any]:
         "max_order": 2,
         "correction_tolerance": CORRECTION_TOLERANCE,
         "round_off": ROUND_OFF,
+        "coarse": COARSE,
+        "stretch": STRETCH,
         "max_iterations": MOST_CORRECTIONS,
         "input_times": [0.0, 1.0],
         "rows_per_step": 1,

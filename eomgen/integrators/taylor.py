@@ -31,8 +31,14 @@ MOST_EXPANSIONS = 100_000
 SMALLEST_TOLERANCE = 1e-20
 #: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end of a step.
 DEFECT = 10.0
-#: The tolerance below which round-off of accelerations hides what they are tested for.
-ROUND_OFF = 1e-13
+#: The tolerance below which round-off of accelerations hides what they are tested for, in units of rounding.
+ROUND_OFF = 450.0
+#: Rounding of accelerations from that of places, as what they do within a series, in the same units.
+ROUNDING = 8.0
+#: The part of 1 rad, or of the size of the machine, that tolerances are relative to where the motion is smaller.
+COARSE = 0.01
+#: By how much the square of a quaternion's length may be off at the end of a step, before it is brought to 1.
+STRETCH = 0.1
 #: Steps are halved so often before the run stops.
 ATTEMPTS = 40
 
@@ -49,8 +55,8 @@ class Taylor:
     Parameters
     ----------
     tolerance : float
-        Of the local error, relative to the largest component of q, of v and of z, or to 1 where that is larger. 0: steps are
-        those of the time grid.
+        Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of both, over
+        a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
     order : int, optional
         Of the series, 2 to 40; chosen by the tolerance where it is not given.
     """
@@ -95,6 +101,9 @@ def taylor_data(method: Taylor) -> dict[str, Any]:
         "longest": LONGEST,
         "defect": DEFECT,
         "round_off": ROUND_OFF,
+        "rounding": ROUNDING,
+        "coarse": COARSE,
+        "stretch": STRETCH,
         "attempts": ATTEMPTS,
         "growth": GROWTH,
         "most_expansions": MOST_EXPANSIONS,

@@ -61,7 +61,7 @@ class Derivation:
         if not self.tree.links:
             raise ModelError(f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint")
         self.grouped: Tree = grouped(self.tree)
-        gravity = self.algebra.vector([self._constant(item) for item in scene.gravity])
+        gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
         prescribed = base_state(self.algebra, scene, gravity)
         self.base = resting_base(self.algebra, gravity) if self.absolute else prescribed
         self.motion = self.base.motion()
@@ -96,7 +96,8 @@ class Derivation:
         bare = replace(self.scene, springs=springs, forces=(), efforts=())
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
-    def _constant(self, formula: Formula) -> Scalar:
+    def constant(self, formula: Formula) -> Scalar:
+        """Return a formula of parameters on the tape."""
         return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
 
     # -- terms ------------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from eomgen.mechanics.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.driver_rates import base_rates, input_rates
+from eomgen.mechanics.extent import extent
 from eomgen.mechanics.inputs import input_signal
 from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS, rate_blocks
 from eomgen.mechanics.start import absolute_start, joint_start
@@ -190,6 +191,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         functions[of_angles.name] = _pruned(derivation, of_angles, timed)
     facts = _facts(derivation, made)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
+    sizes = extent(scene, derivation.algebra, derivation.constant)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
     if derivation.absolute:
         initial_q, initial_v = absolute_start(derivation)
@@ -206,7 +208,8 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         row_units=tuple(row.unit for row in rows.all) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
         patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
-        angular=tree.angular(), dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
+        extent=tuple(size.ref for size in sizes), angular=tree.angular(),
+        dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
         notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
         constants=named_constants(tree, derivation.quantities), beams=described(tree),
         description=scene.description, defaults=dict(vars(scene.simulation)), order=order,

@@ -186,7 +186,7 @@ def advice(status_text: str, settings: Mapping[str, float]) -> str:
         return "the inertia of the bodies and, near special configurations, other initial angles"
     if "finite" in status_text or "not a number" in status_text:
         return f"{smaller}; then the forces and formulas near that time"
-    if "highest frequency" in status_text or "turns by more than" in status_text:
+    if any(words in status_text for words in ("highest frequency", "turns by more than", "disagrees")):
         return smaller
     if "converge" in status_text:
         return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller

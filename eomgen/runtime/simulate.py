@@ -99,7 +99,8 @@ def simulate(
     order : int
         Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
     tolerance : float
-        Of the local error of ``taylor``, relative to the largest component of q, of v and of z, or to 1; 1e-12 by default.
+        Of the local error of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of the machine
+        and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
         0: each step of the time grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.

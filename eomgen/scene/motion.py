@@ -162,7 +162,11 @@ class Movable:
         if self.type == "planar":
             moment = _first_moment(bodies)
             couplings = _dot(np.cross(second, axis).tolist(), moment), _dot(np.cross(third, axis).tolist(), moment)
-            none = singular((about_axis, mass + rotors[1], mass + rotors[2], *couplings, 0.0))
+            scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in (about_axis, mass + rotors[1], mass + rotors[2])]
+            numbers = [  # moments and masses are compared by no unit: each row and column by the root of its diagonal
+                np.greater(x, 0.0) + 0.0 for x in (about_axis, mass + rotors[1], mass + rotors[2])
+            ] + [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=True)]  # fmt: skip
+            none = singular((*numbers, 0.0))
             causes.append((none, "what it carries lacks inertia about its normal, or mass"))
         if self.type == "spherical":
             causes.append((singular(about_origin), "what it carries has no inertia about some axis through its centre"))

@@ -99,12 +99,11 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
     const eg_bits magnitude = eg_to_bits(x) & UINT64_C(0x7fffffffffffffff);
-    const eg_bits within = EG_MASK(eg_from_bits(magnitude) <= EG_WIDE(EG_LARGEST_ANGLE));
-    const eg_wide y = eg_from_bits(eg_to_bits(x) | ~within); /* all bits set are a NaN */
-    const eg_wide rounded = y * EG_WIDE(0.6366197723675814) + round;
+    const eg_bits beyond = ~EG_MASK(eg_from_bits(magnitude) <= EG_WIDE(EG_LARGEST_ANGLE)); /* all bits set are a NaN */
+    const eg_wide rounded = x * EG_WIDE(0.6366197723675814) + round;
     const eg_wide n = rounded - round;
     const eg_bits quadrant = eg_to_bits(rounded);
-    const eg_wide first = (y - n * EG_WIDE(1.5707969665527344)) - n * EG_WIDE(-6.39757672615815e-07);
+    const eg_wide first = (x - n * EG_WIDE(1.5707969665527344)) - n * EG_WIDE(-6.39757672615815e-07);
     const eg_wide low = n * EG_WIDE(1.6513995372426592e-13);
     const eg_wide r = first + low;
     const eg_wide rest = (first - r) + low;
@@ -122,8 +121,8 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
     const eg_bits odd = EG_MASK((quadrant & 1) != 0);
     const eg_bits sine_sign = (quadrant & 2) << 62;
     const eg_bits cosine_sign = ((quadrant + 1) & 2) << 62;
-    *sine = eg_from_bits(eg_to_bits(eg_blend(odd, c, s)) ^ sine_sign);
-    *cosine = eg_from_bits(eg_to_bits(eg_blend(odd, s, c)) ^ cosine_sign);
+    *sine = eg_from_bits((eg_to_bits(eg_blend(odd, c, s)) ^ sine_sign) | beyond);
+    *cosine = eg_from_bits((eg_to_bits(eg_blend(odd, s, c)) ^ cosine_sign) | beyond);
 }
 
 /* -- double ---------------------------------------------------------------------------------------------------------- */

@@ -23,7 +23,7 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
 #: Methods whose tolerances have units or are relative to 1 as yet.
-NOT_YET = ("generalized_alpha", "index3", "taylor", "hermite")
+NOT_YET = ("generalized_alpha", "index3")
 CASES = [
     pytest.param(name, scene, marks=pytest.mark.xfail(name in NOT_YET, reason="tolerances with units", strict=False))
     for name, (_, _, scenes) in METHODS.items()

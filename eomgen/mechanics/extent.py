@@ -1,0 +1,54 @@
+"""How large a machine is, and how strong its gravity: what rounding errors of places and of accelerations are fractions of.
+
+A motion may be as small as it likes against its machine. Its own size tells how accurate it is to be, that of the machine how
+accurate it can be: forces that cancel where a scene is at rest leave fractions of what they are made of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import chain
+
+from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.joint import ANGLES
+from eomgen.scene.scene import BASE, Scene
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Op
+
+
+def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]) -> tuple[Scalar, Scalar]:
+    """Return the root of the sum of the squares of all lengths that a scene gives, m, and the size of gravity, m/s^2.
+
+    Parameters
+    ----------
+    constant : callable
+        From a formula of parameters to its value on the tape.
+    """
+    return tuple(  # type: ignore[return-value]  # one for each of the two
+        _root_of_squares(algebra, map(constant, formulas)) for formulas in (_lengths(scene), scene.gravity)
+    )
+
+
+def _root_of_squares(algebra: Algebra, values: Iterator[Scalar]) -> Scalar:
+    total = algebra.zero
+    for value in values:
+        total = total + value * value
+    return total if total.is_zero else algebra.call(Op.SQRT, total)
+
+
+def _lengths(scene: Scene) -> Iterator[Formula]:
+    """Yield what moving bodies, springs and wheels measure, formulas of parameters: where the machine stands is no size of it."""
+    still = {BASE, "world"}
+    yield from chain.from_iterable(body.center_of_mass for body in scene.bodies)
+    yield from (Number(body.beam.length) for body in scene.bodies if body.beam is not None)
+    yield from chain.from_iterable(point.position for point in scene.points if point.body not in still)
+    for joint in scene.joints:
+        if joint.parent not in still:
+            yield from joint.position
+        if joint.type in ANGLES or joint.type == "prismatic":
+            first = ANGLES.get(joint.type, 0)
+            yield from joint.each(joint.rest)[first:]
+            yield from (end for stop in joint.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None)
+    yield from (spring.length for spring in scene.springs)
+    yield from chain.from_iterable(bushing.rest for bushing in scene.bushings)
+    yield from (tyre.radius for tyre in scene.tyres)
