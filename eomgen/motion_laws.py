@@ -133,8 +133,8 @@ def _lasting_change(
     if not len(finite):
         return None
     scale = np.ptp(finite) if order == 0 else np.max(np.abs(finite))
-    least = max(_TOLERANCE * scale, 1e-12 * np.max(np.abs(finite)))
     narrowest = 8.0 * _EPSILON * max(abs(times[0]), abs(times[-1]))
+    least = max(_TOLERANCE * scale, 1e-12 * np.max(np.abs(finite)), 64.0 * _rounding(law, times[0], times[-1], order))
     low, high, at_low, at_high = times[:-1], times[1:], values[:-1], values[1:]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -155,6 +155,17 @@ def _lasting_change(
         size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
     lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # what is left beside infinities is noise
     return float(lasting[0]) if len(lasting) else None
+
+
+def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
+    """Return what rounding changes a law by: its summands may be much larger than itself, as at a start from rest."""
+    times = np.linspace(start, end, 259)[1:-1]
+    aside = 1e-5 * (end - start)
+    before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
+    with np.errstate(invalid="ignore"):
+        noise = np.abs(before - 2.0 * here + after)
+    noise = noise[np.isfinite(noise)]
+    return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
 
 
 def _evaluated(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:

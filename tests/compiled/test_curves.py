@@ -114,8 +114,11 @@ def test_a_run_beyond_the_points() -> None:
     model = eomgen.build(builder.effort("push", "rail", "push - spring(q.rail)").build())
     run = model.simulate(1.5, 1e-2, t_start=0.5)
     assert run.success
-    with pytest.raises(eomgen.UsageError, match=r"t_end: the points of inputs.push end at t = 1.5 s, the run ends at t = 1.501 s; "
-                                                r'try: t_end = 1.5, or outside = "hold" or "periodic"'):  # fmt: skip
+    late = (
+        r"t_end: the points of inputs.push end at t = 1.5 s, the run ends at t = 1.501 s; "
+        r'try: t_end = 1.5, or outside = "hold" or "periodic"'
+    )
+    with pytest.raises(eomgen.UsageError, match=late):
         model.simulate(1.501, 1e-2, t_start=0.5)
     early = (
         r"t_start: the points of inputs.push begin at t = 0.5 s, the run begins at t = 0 s; try: "

@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.motion_laws import check_laws, first_jump
+from eomgen.motion_laws import check_laws, first_jump, jumps
 from eomgen.scene.laws import laws_of, smooth
 
 FRAME = {"axis": [0, 0, 1], "x_axis": [1, 0, 0]}
@@ -150,3 +150,9 @@ def test_random_laws_are_judged_by_what_they_do(rng: np.random.Generator) -> Non
         assert jump is not None and jump.order == (0 if value else 1)
         assert jump.time == pytest.approx(place, rel=1e-9)
         assert jump.after - jump.before == pytest.approx(value or rate, rel=1e-4)
+
+
+@pytest.mark.parametrize("duration", [1e-4, 1e-2, 1.0, 20.0])
+def test_a_start_from_rest_whose_summands_cancel_is_smooth(duration: float) -> None:
+    scene = eomgen.load(Path(__file__).parents[2] / "examples" / "spin_up_beam" / "scene.toml")
+    assert not jumps(scene, {item.name: item.value for item in scene.parameters}, 0.0, duration)
