@@ -142,8 +142,8 @@ def test_absolute_coordinates_give_the_same_generalized_forces(rng: np.random.Ge
         scenes.append(derive(builder.build(), ["force"]))
     angles, rates = rng.uniform(-1.5, 3.0, 30), rng.normal(size=30)
     joint = evaluated(scenes[0], "force", angles, rates)["Q"]
-    q, v = np.zeros((30, 7)), np.zeros((30, 6))
-    q[:, 0], q[:, 3], v[:, 2] = np.cos(angles / 2), np.sin(angles / 2), rates
+    q, v = np.zeros((30, 8)), np.zeros((30, 6))
+    q[:, 0], q[:, 3], q[:, 7], v[:, 2] = np.cos(angles / 2), np.sin(angles / 2), angles, rates
     absolute = tape_evaluator(scenes[1])("force", {"q": q, "v": v})["Q"]
     np.testing.assert_allclose(absolute[:, 2:3], joint, rtol=1e-10, atol=1e-10)
     assert np.abs(np.delete(absolute, 2, axis=1)).max() < 1e-12 and np.ptp(joint) > 1.0
