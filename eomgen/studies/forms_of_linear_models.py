@@ -4,6 +4,7 @@ accelerations."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -124,9 +125,19 @@ def _of_joints(space: Space, system: System, scene: Scene) -> list[Form]:
         rates = {"q": state["v"][..., np.newaxis, :], "v": state["a"][..., np.newaxis, :]}
         return rates | {"t": np.ones((1, 1))} if "t" in state else rates
 
+    def speed(_: Engine, state: Blocks) -> Array:
+        """Return what partials that cancel are rounded by, whatever is left of them."""
+        return np.asarray(np.max(np.abs(state["v"]), axis=-1))
+
+    def turning(_: Engine, state: Blocks) -> Array:
+        return np.asarray(np.max(np.abs(state["a"]), axis=-1) + np.max(np.abs(state["v"]), axis=-1) ** 2)
+
+    partials = (("Pv", v, "v", None), ("Pq", v, "q", speed), ("Pav", a, "v", speed), ("Paq", a, "q", turning))
     forms = [
-        jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names)
-        for name, source, block in (("Pv", v, "v"), ("Pq", v, "q"), ("Pav", a, "v"), ("Paq", a, "q"))
+        replace(
+            jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names), size=scale
+        )
+        for name, source, block, scale in partials
         if name in there
     ]
     return [*forms, Form(

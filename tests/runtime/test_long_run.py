@@ -56,7 +56,7 @@ def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str
         model.simulate(2.5, 2.5e-4, method=method, rho_inf=0.9, initial={"q": q, "v": model.initial_v})
         for q in (model.initial_q, turned)
     )
-    assert late.stats["max_constraint"] <= 1e-14  # digits of an angle of 5e4 rad: 7e-12
+    assert late.stats["max_constraint"] <= 3e-14  # digits of an angle of 5e4 rad: 7e-12; corrections end at rounding
     assert late.stats["max_constraint_velocity"] <= 1e-11
     assert late.q[0] == pytest.approx(turned, abs=2e-11)  # brought onto the loop, which these digits miss by 1e-12
     assert np.ptp(late.q[:, 0]) > 20.0  # some turns, and no jump where one is complete
