@@ -31,6 +31,7 @@ from eomgen.runtime.preparation import check_memory, check_span, stepper_library
 from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
 from eomgen.runtime.scenery import seen
+from eomgen.runtime.singular_positions import nearest_singular, passages, way_past
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
@@ -214,11 +215,13 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         balance = Balance(0.0)
     if success:
         growth = unstable_growth(run, stepper.library, trajectory)
-        cause = partial(beyond_order_in_run, model, t, q, p)
+        cause = partial(_cause_of_doubts, run, t, q)
         if fault := failure(growth, balance, energy, run.method):
             success, message = False, f"{message}, but {fault}"
         elif doubt := doubts(statistics, balance, run.settings["step"], cause):
             message = f"{message}; {doubt}"
+        if passed := passages(int(statistics.get("singular_passages", 0))):
+            message = f"{message}; {passed}"
     if balance.error is not None:
         statistics = {**statistics, "energy_error": balance.error}
     of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
@@ -236,6 +239,14 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
         between=between_of(run, stepper),
     )  # fmt: skip
+
+
+def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
+    """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
+    if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
+        return beyond
+    singular = nearest_singular(run.model, t, q, run.parameters)
+    return f"{singular.what}; try: {way_past(run.name, run.settings['step'])}" if singular else ""
 
 
 def _listed(settings: Mapping[str, float]) -> str:
@@ -258,11 +269,15 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
     hint = inertia.hint if inertia else advice(text, settings)
+    rows_t, rows_q = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    singular = None if block or found else nearest_singular(model, rows_t, rows_q, p, at_end=True)
+    if singular:
+        details, hint = f"; {singular.what}", way_past(run.name, settings["step"])
     if cause[0]:
         details, hint = details + cause[0], cause[1]
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
-    elif not found and (growth := own_growth(run, stepper.library, trajectory.rows)):
+    elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
         details = f"{details}; {growth}"
         hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
     return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
