@@ -31,7 +31,7 @@ from eomgen.runtime.preparation import check_memory, check_span, stepper_library
 from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
 from eomgen.runtime.scenery import seen
-from eomgen.runtime.singular_positions import nearest_singular, passages, way_past
+from eomgen.runtime.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
 from eomgen.runtime.solution import Solution
 from eomgen.runtime.stepping import Progress, Stepper, Trajectory, run_chunks
 from eomgen.runtime.terms import Parameters
@@ -246,7 +246,7 @@ def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
     if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
         return beyond
     singular = nearest_singular(run.model, t, q, run.parameters)
-    return f"{singular.what}; try: {way_past(run.name, run.settings['step'])}" if singular else ""
+    return f"{singular.what}; try: {way_through(run.name, run.settings['step'])}" if singular else ""
 
 
 def _listed(settings: Mapping[str, float]) -> str:
@@ -269,8 +269,8 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
     hint = inertia.hint if inertia else advice(text, settings)
-    rows_t, rows_q = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
-    singular = None if block or found else nearest_singular(model, rows_t, rows_q, p, at_end=True)
+    times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
     if singular:
         details, hint = f"; {singular.what}", way_past(run.name, settings["step"])
     if cause[0]:

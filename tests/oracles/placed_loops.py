@@ -65,6 +65,21 @@ def slider_crank(closing: str) -> Data:
     }  # fmt: skip
 
 
+def windows(count: int) -> Data:
+    """Return posts of 1 m joined by lintels of 1 m, upright, whose tops move with 1 m/s: IFToMM benchmark A02.
+
+    All rods lie on one line twice in a turn, where every window can fold of its own.
+    """
+    post: Data = {"mass": 1.0, "center_of_mass": [0.5, 0, 0], "inertia": [0, 1 / 12, 1 / 12]}
+    feet = {f"foot{k}": hinge("base", f"post{k}", float(k), np.pi / 2, -1.0) for k in range(count + 1)}
+    corners = {f"corner{k}": hinge(f"post{k}", f"lintel{k}", 1.0, -np.pi / 2, 1.0) for k in range(count)}
+    return {
+        "format": 1, "name": "windows", "gravity": [0, 0, -9.81],
+        "bodies": {joint["child"]: dict(post) for joint in (*feet.values(), *corners.values())}, "joints": feet | corners,
+        "constraints": {f"top{k}": _closure("point_on_line", (f"lintel{k}", 1.0), (f"post{k + 1}", 1.0)) for k in range(count)},
+    }  # fmt: skip
+
+
 def _closure(kind: str, first: tuple[str, float], second: tuple[str, float]) -> Data:
     frames: list[Data] = [{"body": body, "position": [place, 0, 0]} for body, place in (first, second)]
     for frame in {"spherical": [], "point_on_line": frames[:1]}.get(kind, frames):
@@ -91,6 +106,10 @@ def turned(scene: Mapping[str, Any], R: Array, shift: Sequence[float] = (0.0, 0.
         table["position"] = [float(x) for x in np.array(_times(R, table.get("position", (0, 0, 0)))) + start]
         for key in {"axis", "x_axis"} & set(table):
             table[key] = _times(R, table[key])
+    for joint in result["joints"].values():
+        if joint["type"] == "free":  # its angular and its linear velocity
+            velocity = joint["initial"]["velocity"]
+            joint["initial"]["velocity"] = [*_times(R, velocity[:3]), *_times(R, velocity[3:])]
     for point in result.get("points", {}).values():
         point["position"] = _times(R, point["position"])
     return result
