@@ -219,7 +219,7 @@ FAR = (1e4, -1e4, 5e3)
 
 @pytest.fixture(scope="module")
 def examples() -> dict[str, eomgen.Model]:
-    """Return the example in one plane and turned to another, on the base and on a body that flies, near the origin and far away."""
+    """Return the example in one plane and turned to another, on the base and in flight, near the origin and far away."""
     drawn, R = four_bar("revolute"), random_rotation(np.random.default_rng(4))
     flying = on_free_body(drawn)
     scenes = {

@@ -22,7 +22,8 @@ LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
 #: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
 SMALLEST_PIVOT = 1e-9
 #: Parts of what the smallest pivot of B_D has been at most: a singular position is near below the first, so that corrections take
-#: factors of their own; below the second accelerations are continued from those before, because digits that they lose grow with its third power.
+#: factors of their own; below the second accelerations are continued from those before, for digits that they lose grow with its
+#: third power.
 NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 _CONSTRAINED = Need(
