@@ -59,7 +59,7 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     corrections = found.corrections()
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
         found = assemble(equations.without(rows.dependent), found.q, found.v)
-    notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections]
+    notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections, *found.deviations]
     system = derive(terms, rows.dependent)
     return replace(
         system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),

@@ -157,6 +157,11 @@ def test_a_loop_that_opens_by_a_part_of_its_size_is_refused_in_any_units_and_any
                 assembled(moved)
 
 
+def test_a_loop_that_opens_by_less_than_is_a_contradiction_says_by_how_much() -> None:
+    system = assembled(four_bar("revolute", (0.1, 0.2, 0.1 - 1e-7, 0.4), (0.0, 0.0, np.pi)))
+    assert "closure: origins meet along x stays off by 1e-07" in system.notes
+
+
 # -- nothing can move ------------------------------------------------------------------------------------------------------
 
 

@@ -102,6 +102,7 @@ class Assembly:
     ----------
     violations : mapping from row to what it was off by in the guess, where that is more than round-off
     rate_violations : the same for the rates of the rows, at the corrected position
+    deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
     """
 
     q: Array
@@ -109,6 +110,7 @@ class Assembly:
     iterations: int
     violations: dict[str, float]
     rate_violations: dict[str, float]
+    deviations: tuple[str, ...] = ()
 
     def corrections(self) -> list[str]:
         """Return one sentence for each row that the guess did not meet."""
@@ -135,7 +137,9 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(system.names, left, limits, "velocities", iterations)
     violations = _named(system.names, first, TOLD * start.scale)
-    return Assembly(q, v, iterations, violations, _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess))))
+    changed = _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess)))
+    off = _named(system.names, system.constraint(q, t), TOLD * rows.scale)
+    return Assembly(q, v, iterations, violations, changed, tuple(f"{name} stays off by {by:.3g}" for name, by in off.items()))
 
 
 class _Rows:
@@ -147,8 +151,8 @@ class _Rows:
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
         machine = float(np.max(extent, initial=0.0)) or 1.0
-        # what a row joins may lie at one place but for rounding; then it is met by motions of the whole machine
-        self.extent = np.where(extent > WORST_ROUNDING * EPSILON * machine, extent, machine)
+        # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole machine
+        self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
         self._mass = system.mass(q)
 
@@ -246,8 +250,12 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
     return B
 
 
-def check_left_out(system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = "") -> None:
+def check_left_out(
+    system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
+) -> list[str]:  # fmt: skip
     """Check that rows that were left out as redundant still follow from the others, at a state that meets these.
+
+    Returns a sentence for each that is off, by so little that it is no contradiction.
 
     Parameters
     ----------
@@ -283,6 +291,8 @@ def check_left_out(system: Constrained, left_out: Sequence[str], q: Array, v: Ar
         what = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
         what += ", ".join(new[:_LISTED])
         raise ModelError(Problem("constraints", what, _LEFT_OUT))
+    by = left_over(system, q, rows, t)
+    return [f"{system.names[row]}, left out because it follows from others, is off by {by[row]:.3g} at {at}" for row in by]
 
 
 def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:

@@ -97,5 +97,5 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
         sizes=sizes,
     )
     found = assemble(equations, q, v, t)
-    model._check_left_out(found.q, found.v, t, parameters)
-    return replace(found, q=model._terms.followed(found.q, t, parameters))
+    deviations = (*found.deviations, *model._check_left_out(found.q, found.v, t, parameters))
+    return replace(found, q=model._terms.followed(found.q, t, parameters), deviations=deviations)

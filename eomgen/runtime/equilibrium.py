@@ -145,8 +145,8 @@ def equilibrium(
     found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
     if found is None:
         raise _failure(model, statics, settled)
-    model._check_left_out(found.point.q, np.zeros(model.nv), time, p)
-    notes = _elsewhere(model, statics, found, settled) + rest_notes(places, found.path, u)
+    deviations = model._check_left_out(found.point.q, np.zeros(model.nv), time, p)
+    notes = [*deviations, *_elsewhere(model, statics, found, settled), *rest_notes(places, found.path, u)]
     return _result(model, statics, found, time, places.base, notes)
 
 

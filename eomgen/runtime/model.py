@@ -242,13 +242,17 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         p = self.parameter_array(parameters)
         return consistent(self, self._terms.configuration(q), self._terms.velocity("v", v), t, p)
 
-    def _check_left_out(self, q: Array, v: Array, t: float, p: Array) -> None:
-        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,)."""
+    def _check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
+        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,).
+
+        Returns a sentence for each that does so all but for a little.
+        """
         left_out = self.library.layout["left_out"]
         given = zip(self.parameters.items(), p.tolist(), strict=True)
         changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
         if left_out and changed and self._every_row is not None:
-            check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
+            return check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
+        return []
 
     def partials(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,

@@ -126,9 +126,10 @@ def start_of(
         doubts = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (settled or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
-        state, sentences = InitialState(consistent.q, consistent.v, state.z), sentences + consistent.corrections()
+        state = InitialState(consistent.q, consistent.v, state.z)
+        sentences += [*consistent.corrections(), *consistent.deviations]
     elif changed:  # all rows may be left out
-        model._check_left_out(state.q, state.v, t, p)
+        sentences += model._check_left_out(state.q, state.v, t, p)
     return state, sentences, doubts
 
 
