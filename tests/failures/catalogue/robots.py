@@ -4,6 +4,36 @@ from __future__ import annotations
 
 from tests.failures.failure import Failure
 
+#: What most of these robots differ from in one place.
+ROBOT = """\
+<robot name="r">
+  <link name="ground"/>
+  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="lift" type="revolute">
+    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>
+  </joint>
+</robot>
+"""
+
+
+def robot(*changes: tuple[str, str]) -> str:
+    """Return the robot with texts in it changed, each at its first place."""
+    text = ROBOT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+#: A change to the version that knows quaternions.
+NEWER = ('<robot name="r">', '<robot name="r" version="1.1">')
+
+
+def in_joint(element: str) -> tuple[str, str]:
+    """Return the change that puts an element into the joint."""
+    return '<axis xyz="0 1 0"/>', f'{element}<axis xyz="0 1 0"/>'
+
+
 FAILURES = [
     Failure(
         "XML that is not well formed", 3,
@@ -40,31 +70,13 @@ FAILURES = [
         "A link that there is not", 3,
         "description error: r.urdf:5 (joints.lift): there is no link 'rdo'; try: rod",
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rdo"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<child link="rod"/>', '<child link="rdo"/>'))},
     ),
     Failure(
         "An axis without a direction", 3,
         "description error: r.urdf:4 (joints.lift.axis): the axis has no direction; try: an axis such as [0, 0, 1]",
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 0 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'))},
     ),
     Failure(
         "A kind of joint that there is not", 3,
@@ -73,16 +85,7 @@ FAILURES = [
             "continuous, prismatic, fixed, floating, planar"
         ),
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="hinge">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<joint name="lift" type="revolute">', '<joint name="lift" type="hinge">'))},
     ),
     Failure(
         "A robot without links", 3,
@@ -94,62 +97,25 @@ FAILURES = [
         "A joint to lock that there is not", 2,
         "usage error: r.urdf has no joint 'lfit' to lock; try: lift",
         command="info r.urdf --lock lfit",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": ROBOT},
     ),
     Failure(
         "A joint that mimics one that there is not", 3,
         "description error: r.urdf:5 (joints.lift): there is no joint 'lfit' to mimic; try: lift",
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><mimic joint="lfit"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(in_joint('<mimic joint="lfit"/>'))},
     ),
     Failure(
         "A mass that is no number", 3,
         "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy'",
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="heavy"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<mass value="1"/>', '<mass value="heavy"/>'))},
     ),
     Failure(
         "Two links of one name", 3,
         "description error: r.urdf:3: the link 'ground' is there twice; try: another name",
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<link name="ground"/>', '<link name="ground"/>\n  <link name="ground"/>'))},
     ),
     Failure(
         "What would be left out, with --strict", 3,
@@ -158,17 +124,7 @@ FAILURES = [
             "(strict=False), to go on without"
         ),
         command="info r.urdf --strict",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><limit lower="-1" upper="1" effort="10" velocity="2"/><axis '
-            'xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(in_joint('<limit lower="-1" upper="1" effort="10" velocity="2"/>'))},
     ),
     Failure(
         "An attribute that is not known, with --strict", 3,
@@ -177,16 +133,7 @@ FAILURES = [
             "(strict=False), to go on without"
         ),
         command="info r.urdf --strict",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><origin rpz="0 0 1"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(in_joint('<origin rpz="0 0 1"/>'))},
     ),
     Failure(
         "A unit", 3,
@@ -195,16 +142,7 @@ FAILURES = [
             "in SI units, without unit"
         ),
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1" unit="lb"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<mass value="1"/>', '<mass value="1" unit="lb"/>'))},
     ),
     Failure(
         "A version that there is not", 3,
@@ -212,16 +150,7 @@ FAILURES = [
             "description error: r.urdf:1: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2"
         ),
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r" version="2.0">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(('<robot name="r">', '<robot name="r" version="2.0">'))},
     ),
     Failure(
         "A quaternion that is no rotation", 3,
@@ -230,16 +159,7 @@ FAILURES = [
             "x, y, z and w of a unit quaternion"
         ),
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r" version="1.1">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><origin quat_xyzw="1 0 0 1"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(NEWER, in_joint('<origin quat_xyzw="1 0 0 1"/>'))},
     ),
     Failure(
         "Two orientations in one origin", 3,
@@ -248,15 +168,6 @@ FAILURES = [
             "turned; try: one of them"
         ),
         command="info r.urdf",
-        files={"r.urdf": (
-            '<robot name="r" version="1.1">\n'
-            '  <link name="ground"/>\n'
-            '  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
-            'iyz="0"/></inertial></link>\n'
-            '  <joint name="lift" type="revolute">\n'
-            '    <parent link="ground"/><child link="rod"/><origin rpy="0 0 1" quat_xyzw="0 0 0 1"/><axis xyz="0 1 0"/>\n'
-            "  </joint>\n"
-            "</robot>\n"
-        )},
+        files={"r.urdf": robot(NEWER, in_joint('<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/>'))},
     ),
 ]  # fmt: skip
