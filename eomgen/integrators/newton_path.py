@@ -4,20 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.integrators.statics import (
-    Array,
-    Largest,
-    Point,
-    Search,
-    Statics,
-    examine,
-    moved,
-    newton_step,
-    onto_constraints,
-    polished,
-    share_of_turn,
-    unbalanced,
-)
+from eomgen.integrators.statics import Array, Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
 
 MAX_STEPS = 60
 #: Parts of a step below this are not tried.
@@ -32,22 +19,17 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
     numpy.linalg.LinAlgError
         M is not positive definite at the start.
     """
-    point = onto_constraints(statics, examine(statics, q, z))
-    path, largest = [point.q], Largest(statics.weight, np.abs(point.rates))
-    share, steps = 1.0, 0
-    for steps in range(MAX_STEPS + 1):
-        largest.see(point)
-        if largest.balanced(point):
-            return Search(polished(statics, point), True, steps, path)
-        if not point.finite or steps == MAX_STEPS:
-            break
+    trail, share = Trail(statics, q, z), 1.0
+    while not trail.arrived():
+        point = trail.point
+        if not point.finite or trail.steps == MAX_STEPS:
+            return trail.end(balanced=False)
         change = newton_step(point, unbalanced(point))
         nearer, share = _part(statics, point, change, min(1.0, 4.0 * share, share_of_turn(statics, point, change)))
         if nearer is None:
-            break
-        point = nearer
-        path.append(point.q)
-    return Search(point, False, steps, path)
+            return trail.end(balanced=False)
+        trail.step(nearer)
+    return trail.end(balanced=True)
 
 
 def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[Point | None, float]:

@@ -18,15 +18,12 @@ from scipy.linalg import expm
 from eomgen.integrators.statics import (
     SOFT,
     Array,
-    Largest,
     Point,
     Search,
     Statics,
-    examine,
+    Trail,
     moved,
     newton_step,
-    onto_constraints,
-    polished,
     share_of_turn,
     unbalanced,
 )
@@ -60,27 +57,20 @@ def settle(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
     numpy.linalg.LinAlgError
         M is not positive definite at the start.
     """
-    point = onto_constraints(statics, examine(statics, q, z))
-    path, largest = [point.q], Largest(statics.weight, np.abs(point.rates))
-    pace = _Pace()
-    steps = 0
-    for steps in range(MAX_STEPS + 1):
-        largest.see(point)
-        if largest.balanced(point):
-            nudged = _nudged(statics, point)
+    trail, pace = Trail(statics, q, z), _Pace()
+    while True:
+        if trail.arrived():
+            nudged = _nudged(statics, trail.point)
             if nudged is None:
-                return Search(polished(statics, point), True, steps, path)
-            point, pace.time = nudged, 0.0
-            path.append(point.q)
-        if not point.finite or steps == MAX_STEPS or pace.way > _FAR:
-            break
-        reached = _step(statics, point, pace, slower)
+                return trail.end(balanced=True)
+            pace.time = 0.0
+            trail.move(nudged)
+        if not trail.point.finite or trail.steps == MAX_STEPS or pace.way > _FAR:
+            return trail.end(balanced=False)
+        reached = _step(statics, trail.point, pace, slower)
         if reached is None:
-            last = polished(statics, point)
-            return Search(last, largest.balanced(last), steps, path)
-        point = reached
-        path.append(point.q)
-    return Search(point, False, steps, path)
+            return trail.end()
+        trail.step(reached)
 
 
 @dataclass

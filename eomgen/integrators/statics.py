@@ -192,6 +192,43 @@ class Search:
     path: Sequence[Array] = ()
 
 
+class Trail:
+    """The way of a search from a start to where forces balance.
+
+    Attributes
+    ----------
+    point : where the search is
+    steps : how many it has taken
+    """
+
+    def __init__(self, statics: Statics, q: Array, z: Array) -> None:
+        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+        self.point = onto_constraints(statics, examine(statics, q, z))
+        self.steps = 0
+        self._statics, self._path = statics, [self.point.q]
+        self._largest = Largest(statics.weight, np.abs(self.point.rates))
+
+    def arrived(self) -> bool:
+        """Return whether forces balance here, judged by the largest on the way."""
+        self._largest.see(self.point)
+        return self._largest.balanced(self.point)
+
+    def step(self, point: Point) -> None:
+        """Go on to a point."""
+        self.move(point)
+        self.steps += 1
+
+    def move(self, point: Point) -> None:
+        """Put the search at a point, which is no step of its own."""
+        self.point = point
+        self._path.append(point.q)
+
+    def end(self, *, balanced: bool | None = None) -> Search:
+        """Return the search as it ends: by default, balanced where Newton's last steps make it so."""
+        last = self.point if balanced is False else polished(self._statics, self.point)
+        return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
+
+
 def examine(statics: Statics, q: Array, z: Array) -> Point:
     """Return forces and stiffness at rest at q and z. Raises numpy.linalg.LinAlgError where M is not positive definite."""
     q = statics.followed(q)
