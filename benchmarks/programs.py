@@ -15,12 +15,14 @@ from pathlib import Path
 
 import platformdirs
 
+from eomgen.build.compiler import PROFILES
+
 NATIVE = Path(__file__).resolve().parent / "native"
 #: ``O3`` is what one types, with gcc's own dialect, as ISO C would forbid it to fuse multiplications and additions; ``fast`` is
 #: eomgen's profile of that name.
 FLAGS: Mapping[str, tuple[str, ...]] = {
     "O3": ("-std=gnu99", "-O3", "-march=native"),
-    "fast": ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"),
+    "fast": ("-std=c99", *PROFILES["fast"].flags),
 }
 
 

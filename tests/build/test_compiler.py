@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.build.compiler import Compiler, compile_library, find_compiler, library_suffix, processor, profile
+from benchmarks.programs import FLAGS
+from eomgen.build.compiler import PROFILES, Compiler, compile_library, find_compiler, library_suffix, processor, profile
 from eomgen.errors import ToolchainError
 
 CODE = "int answer(void) { return 42; }\n"
@@ -118,3 +119,19 @@ def test_versions_profiles_and_processors() -> None:
     assert processor() == processor()
     assert len(processor()) == 16
     assert shutil.which(compiler.command[0]) is not None
+
+
+def test_what_is_made_for_this_processor_has_no_vectors_of_neighbouring_statements() -> None:
+    """gcc 12.2.0 (Debian 12.2.0-14), -O2 -march=native, on a processor with AVX-512: a row of ``equations`` of a chain of twenty
+    hinges was wrong by 65 N while neighbouring sums were put into 512 bits (commit c98a19e); -fno-tree-slp-vectorize, vectors of
+    256 bits and -O1 mended it. It could not be had again on another processor, nor by 15 500 random functions, so there is no
+    small case: the flag stays where 512 bits may be used, and ``tests/runtime/test_chains.py`` holds that chain's functions
+    against each other.
+    """
+    flag = "-fno-tree-slp-vectorize"
+    assert profile("fast").native
+    for one in PROFILES.values():
+        assert one.native == ("-march=native" in one.flags)
+        assert flag in one.flags or not one.native
+    assert flag in FLAGS["fast"]
+    assert set(profile("fast").flags) < set(FLAGS["fast"])  # what benchmarks call by its name
