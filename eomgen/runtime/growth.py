@@ -74,10 +74,10 @@ class Growth(NamedTuple):
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
     """Return what grows by the method alone at the end of a run; None where nothing grows, or by its own equations.
 
-    Methods that choose their steps by their errors are not looked at.
+    Steps that are chosen by their errors are not looked at.
     """
     end = trajectory.end
-    if isinstance(run.method, Taylor) or end is None or len(end) < 2:
+    if (isinstance(run.method, Taylor) and run.settings["tolerance"] > 0.0) or end is None or len(end) < 2:
         return None
     half = (len(end) - 1) // 2
     before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle

@@ -245,6 +245,8 @@ def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
     """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
     if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
         return beyond
+    if (tolerance := run.settings.get("tolerance", 0.0)) > 0.0:  # its steps are its own
+        return f"try: a tolerance smaller than {tolerance:.3g}"
     singular = nearest_singular(run.model, t, q, run.parameters)
     return f"{singular.what}; try: {way_through(run.name, run.settings['step'])}" if singular else ""
 

@@ -85,6 +85,26 @@ def test_other_methods_beyond_their_limit(method: str, options: dict[str, Any], 
     assert hint in solution.message
 
 
+SERIES: dict[str, Any] = {"method": "taylor", "tolerance": 0.0}
+
+
+@pytest.mark.parametrize(("order", "frequency", "steps"), [(4, 3.0, 100), (4, 10.0, 50), (10, 6.0, 100), (20, 10.0, 60)])
+def test_series_of_one_step_each_beyond_their_limit(order: int, frequency: float, steps: int) -> None:
+    solution = run((frequency / STEP) ** 2, steps, order=order, **SERIES, record_every=10_000)
+    assert not solution.success and "but the method is unstable at this step: v.rail grows from" in solution.message
+    assert run((0.1 * frequency / STEP) ** 2, steps, order=order, **SERIES).success
+
+
+@pytest.mark.parametrize("order", [4, 10, 20])
+def test_series_that_choose_their_steps_stay_within_bounds_at_the_largest_tolerance(order: int) -> None:
+    """Their errors limit their steps, so that they are not looked at again; what they lose is said."""
+    for frequency in (3.0, 31.0):
+        solution = run((frequency / STEP) ** 2, 100, method="taylor", order=order, tolerance=0.1)
+        assert solution.success and np.abs(solution.q).max() < 1.5
+        if solution.stats["energy_error"] > 0.01:
+            assert solution.message.endswith("; try: a tolerance smaller than 0.1")
+
+
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
 @pytest.mark.parametrize("frequency", [2.0, 10.0, 1e3, 1e5])
 @pytest.mark.parametrize("position", [0.0, 1.0])
@@ -94,13 +114,15 @@ def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency
         assert run((frequency / STEP) ** 2, steps, method=method, initial=start).success
 
 
-@pytest.mark.parametrize("method", ["rk4", "generalized_alpha", "trapezoidal", "hermite"])
-def test_motions_that_grow_by_their_own_equations_do_not_fail(method: str) -> None:
+@pytest.mark.parametrize(
+    "by", [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal", "hermite")), SERIES | {"order": 6}]
+)
+def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]) -> None:
     runs = [
-        run(-((0.5 / STEP) ** 2), 100, method=method),  # a stiffness below zero: e^50
-        run(1e4, 1000, damping=-20.0, method=method),  # damping below zero: e^10
-        run(-1e2, 1000, method=method, initial={"rail": 1e-6}),
-        run(-((0.3 / STEP) ** 2), 400, damping=-30.0, method=method, record_every=400),
+        run(-((0.5 / STEP) ** 2), 100, **by),  # a stiffness below zero: e^50
+        run(1e4, 1000, damping=-20.0, **by),  # damping below zero: e^10
+        run(-1e2, 1000, **by, initial={"rail": 1e-6}),
+        run(-((0.3 / STEP) ** 2), 400, damping=-30.0, **by, record_every=400),
     ]
     assert all(solution.success for solution in runs), [solution.message for solution in runs]
     assert np.abs(runs[0].q).max() > 1e20 and np.abs(runs[3].q).max() > 1e45
