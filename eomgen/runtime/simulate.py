@@ -274,7 +274,8 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
     singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
     if singular:
-        details, hint = f"; {singular.what}", way_past(run.name, settings["step"])
+        details = f"; {singular.what}"
+        hint = way_past(run.name, settings["step"], at_start=len(times) == 1)
     if cause[0]:
         details, hint = details + cause[0], cause[1]
     elif already:

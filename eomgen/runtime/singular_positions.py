@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 #: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly singular.
 #: Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps looked at.
 NEARLY = 0.05
+#: The same as a part of the largest singular value at the position itself, for a start, which has no others to be held against.
+_SINGULAR_START = 1e-6
 #: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the square of the
 #: number of rows of B add up to so much, but at least so many; and the last ones.
 _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
@@ -57,6 +59,8 @@ def nearest_singular(model: Model, t: Array, q: Array, p: Array) -> Singular | N
 def singular_ahead(model: Model, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
     """Return the most nearly singular position that the next steps of a run come to; None where none is nearly so.
 
+    A run's only row is its start, and is looked at alone.
+
     Parameters
     ----------
     t, q : (rows,) in s, (rows, nq); the others are the measure for the last
@@ -64,14 +68,18 @@ def singular_ahead(model: Model, t: Array, q: Array, v: Array, p: Array, step: f
     p : (np,) parameters
     step : s
     """
+    if len(t) == 1:
+        return _nearest(model, t, q, p, 0)
     chosen = _looked_at(model, len(t) - 1)
     ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
     times, positions = np.concatenate([t[chosen], t[-1] + step * _AHEAD]), np.concatenate([q[chosen], ahead])
     return _nearest(model, times, positions, p, len(chosen))
 
 
-def way_past(method: str, step: float) -> str:
-    """Return what to try where a method stops at a singular position."""
+def way_past(method: str, step: float, *, at_start: bool) -> str:
+    """Return what to try where a method stops at a singular position, or cannot start at it."""
+    if at_start:
+        return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
     if method == "rk4_partitioned":
         other = "else lengths or a start with which the motion does not come so near it, or crosses it faster"
         return f"a much smaller step where lengths fit all but exactly, {other}"
@@ -103,13 +111,13 @@ def _looked_at(model: Model, rows: int) -> NDArray[np.intp]:
 
 
 def _nearest(model: Model, t: Array, q: Array, p: Array, first: int) -> Singular | None:
-    """Return the most nearly singular position from one on, by the largest smallest singular value of all.
+    """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one by its own.
 
     Parameters
     ----------
     t, q : (n,) in s, (n, nq)
     """
-    if not model.multipliers or len(t) < 2 or not all(name in model.functions for name in _NEEDED):
+    if not model.multipliers or not all(name in model.functions for name in _NEEDED):
         return None
     with np.errstate(all="ignore"):
         M = model.mass(q, parameters=p)
@@ -121,7 +129,9 @@ def _nearest(model: Model, t: Array, q: Array, p: Array, first: int) -> Singular
     except np.linalg.LinAlgError:  # massless bodies: there is nothing to weigh by
         return None
     lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)  # of each row, the largest in the run: units and kinds drop out
-    values = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)[:, -1]
+    found = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
+    values, alone = found[:, -1], len(t) == 1
+    measure, least = (found[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
     place = first + int(np.argmin(values[first:]))
-    part = float(values[place] / values.max()) if values.max() > 0.0 else 1.0
-    return Singular(float(t[place]), part) if part < NEARLY else None
+    part = float(values[place] / measure) if measure > 0.0 else 1.0
+    return Singular(float(t[place]), part) if part < least else None

@@ -68,6 +68,16 @@ def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> No
     assert passed.success and passed.t[-1] > named
 
 
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_a_start_at_one_is_refused_with_the_cause(model: eomgen.Model, method: str, speed: float) -> None:
+    flat = {"q": np.zeros(5), "v": speed * np.array([1.0, 1.0, 1.0, -1.0, -1.0])}
+    run = model.simulate(0.1, 1e-3, method=method, initial=flat)
+    assert not run.success and "the constraints are nearly singular at t = 0 s" in run.message
+    hint = "a start elsewhere: the constraints do not say there in which branch the motion goes on"
+    assert run.message.endswith(f"{SINGULAR}; try: {hint}")
+
+
 def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
     angle = np.linspace(np.pi / 2, 0.01, 300)
     q, t, p = np.stack([angle, angle, angle, -angle, -angle], axis=1), np.linspace(0.0, 1.0, 300), model.parameter_array()
@@ -79,14 +89,17 @@ def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
     assert ahead is not None and ahead.time == pytest.approx(t[289] + angle[289], rel=1e-9)
     assert singular_ahead(model, t[:290], q[:290], -v, p, 1e-3) is None
     assert singular_ahead(model, t[:1], q[:1], v, p, 1e-3) is None
+    start = singular_ahead(model, t[:1], np.zeros((1, 5)), 0.0 * v, p, 1e-3)
+    assert start is not None and start.time == 0.0 and start.part < 1e-8
 
 
 def test_ways_are_those_of_the_method() -> None:
     other = "rk4_partitioned, which passes such positions along the velocity"
     assert way_through("hht", 1e-3) == f"a step smaller than 0.001 s, or {other}"
-    assert way_past("hht", 1e-3) == f"{other}; steps smaller than 0.001 s may come nearer to it"
+    assert way_past("hht", 1e-3, at_start=False) == f"{other}; steps smaller than 0.001 s may come nearer to it"
     assert way_through("rk4_partitioned", 1e-3) == "a step smaller than 0.001 s"
-    assert way_past("rk4_partitioned", 1e-3).startswith("a much smaller step where lengths fit all but exactly, else ")
+    past = way_past("rk4_partitioned", 1e-3, at_start=False)
+    assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
 
 
 def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:
