@@ -242,19 +242,14 @@ def angles_of(model: eomgen.Model, method: str, step: float = 5e-4) -> np.ndarra
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_the_turned_example_moves_as_the_one_that_is_not(method: str, examples: dict[str, eomgen.Model]) -> None:
-    expected = angles_of(examples["drawn"], method)
+@pytest.mark.parametrize(("first", "others"), [("drawn", ("turned", "far")), ("flying", ("flying, turned", "flying, far"))])
+def test_the_turned_example_moves_as_the_one_that_is_not(
+    first: str, others: tuple[str, str], method: str, examples: dict[str, eomgen.Model]
+) -> None:
+    expected = angles_of(examples[first], method)
     assert np.ptp(expected[:, 0]) > np.pi
-    assert np.abs(angles_of(examples["turned"], method) - expected).max() < 1e-10
-    assert np.abs(angles_of(examples["far"], method) - expected).max() < 1e-6
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_in_flight_too(method: str, examples: dict[str, eomgen.Model]) -> None:
-    expected = angles_of(examples["flying"], method)
-    assert np.ptp(expected[:, 0]) > np.pi
-    assert np.abs(angles_of(examples["flying, turned"], method) - expected).max() < 1e-8
-    assert np.abs(angles_of(examples["flying, far"], method) - expected).max() < 1e-6
+    for name, tolerance in zip(others, (1e-8, 1e-6), strict=True):
+        assert np.abs(angles_of(examples[name], method) - expected).max() < tolerance
 
 
 @pytest.mark.parametrize("example", ["turned", "far", "flying, turned", "flying, far"])
