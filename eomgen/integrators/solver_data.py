@@ -76,8 +76,7 @@ def make_solver(
     They must serve for consistent accelerations too.
     """
     terms = iteration_terms(unknowns, factors, samples.packing)
-    start, count = samples.packing.blocks.get("B", (0, 0))
-    B = samples.numbers[:, start : start + count]
+    B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
         evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen)
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
@@ -85,7 +84,7 @@ def make_solver(
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
-    elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained=count > 0)
+    elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
     fronts = make_fronts(elimination, list(values), unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
@@ -117,6 +116,22 @@ def _pivots(
         raise  # of the scene's state, which the message names
 
 
+def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
+    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves positions."""
+    start, count = samples.packing.blocks.get("B", (0, 0))
+    numbers, diagonal = _inertia_numbers(unknowns, samples.packing), np.zeros(unknowns.v)
+    for component, number in enumerate(numbers):
+        diagonal[component] = samples.numbers[0, number] if number >= 0 else 0.0
+    weights = np.divide(1.0, diagonal, out=np.zeros(unknowns.v), where=diagonal > 0.0)
+    columns = [column for _, column in samples.packing.places["B"]]
+    return np.asarray(samples.numbers[:, start : start + count] * weights[columns], dtype=float)
+
+
+def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
+    """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner unknowns."""
+    return [] if unknowns.inner else [packing.places["M"].get((k, k), -1) for k in range(unknowns.v)]
+
+
 def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
     packing, terms = solver.packing, solver.terms
@@ -140,7 +155,8 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
             }
             for place in places
         ],
-        "state_patterns": {name: [list(place) for place in packing.places[name]] for name in ("Fq", "Fv", "Fz")},
+        "state_pattern": [list(place) for place in packing.places["Fz"]],
+        "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [places.index(place) for place in terms.rate_diagonal],
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(place) for place in packing.places["B"]],

@@ -140,6 +140,8 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
                 "first_z": unknowns.first_z,
             },
             "solver": solver_data(solver, system.factors),
+            "angular": [int(turns) for turns in system.angular] or [0] * _nv(system),
+            "places": _places(system.factors, _nv(system)),
             "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
             "rows_per_step": 1,
@@ -183,8 +185,8 @@ def _check_functions(method: Method, system: SystemLike) -> None:
         needed = {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}
     elif len(system.multipliers) or (system.facts.internal_states and method.family == GENERALIZED_ALPHA):
         needed = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
-        if isinstance(method, GeneralizedAlpha) and method.form == STABILISED and system.holonomic:
-            needed |= {"jacobian_values"}
+        if isinstance(method, GeneralizedAlpha) and system.holonomic:
+            needed |= {"constraint_size"} | ({"jacobian_values"} if method.form == STABILISED else set())
     else:
         matrix = "iteration" if "iteration" in system.functions else "partials"
         needed = {"residual", matrix} if method.family == GENERALIZED_ALPHA else set()
@@ -261,6 +263,17 @@ def _lie_data(factors: Sequence[FactorLike], implicit: bool, variant: str) -> di
     }
 
 
+def _places(factors: Sequence[FactorLike], nv: int) -> list[int]:
+    """Return for each velocity component the number of q that it moves, or its position has in its place; -1: quaternions."""
+    places = [-1] * nv
+    for factor in factors:
+        rotation = 0 if factor.group == "R" else 3
+        first = factor.q_start + (4 if rotation else 0)
+        for k in range(rotation, factor.v_size):
+            places[factor.v_start + k] = first + k - rotation
+    return places
+
+
 def _kernel_data(kernel: kernels.Kernel) -> dict[str, Any]:
     return {
         "name": kernel.name,
@@ -293,7 +306,7 @@ _SETTINGS = {
 #: Methods that call the functions of the recurrence of Taylor coefficients.
 SERIES_FAMILIES = (TAYLOR, HERMITE)
 _STATISTICS = ("steps", "newton_iterations", "factorizations", "halvings", "evaluations", "max_residual")
-_CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "pivot_ratio")
+_CONSTRAINT_STATISTICS = ("max_constraint", "max_constraint_velocity", "max_eta", "max_rounding", "pivot_ratio")
 _TAYLOR_STATISTICS = ("expansions", "rejections")
 _PARTITION_STATISTICS = ("partitions", "max_constraint", "max_constraint_velocity", "max_pivot_ratio", "singular_passages")
 
@@ -328,7 +341,8 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0, nu: int
     sizes: dict[str, int] = {"t": 1, "q": nq, "v": nv, "vdot": nv}
     if data["family"] == GENERALIZED_ALPHA:
         lam = _multiplier_sizes(data, "lam")
-        sizes |= lam | {"a": nv} | _multiplier_sizes(data, "eta") | {"a_before": 2 * nv}
+        eta = _multiplier_sizes(data, "eta")
+        sizes |= lam | {"a": nv} | eta | ({"inverse_inertia": nv} if eta else {}) | {"a_before": 2 * nv}
         sizes |= {"mean_before": 3 * nv} if data["variant"] == SPATIAL else {}
         sizes |= {f"{name}_before": 2 * size for name, size in lam.items()}
         sizes |= _state_sizes(nz, "z", "zdot", "z_rate") | _state_sizes(2 * nz, "z_rate_before")

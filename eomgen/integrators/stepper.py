@@ -121,9 +121,10 @@ def _generalized_alpha(
     equations: Equations, method: GeneralizedAlpha, state: tuple[Array, Array, Array], step: float, steps: int, t0: float,
     rtol: float, atol: float, perturb: bool,
 ) -> Trajectory:  # fmt: skip
-    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015, and (z - z_n)/step.
+    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015, and (z - z_n)/step; eta moves positions by W B_n^T.
 
-    The C steppers take E = D + B_n^T eta for D.
+    W = diag(1/M_ii) at the start, so that no unit of length makes a difference. The C steppers take E = D + W B_n^T eta for D.
+    Increments are measured as theirs are (``_tolerances``).
     """
     constraints, internal = equations.constraints, equations.internal
     q, v, z = state
@@ -138,6 +139,11 @@ def _generalized_alpha(
     if nh and not stabilised and perturb:
         v = v + _perturbation(equations, method, t0, q, v, z, step)
     nl, ne = len(lam), nh if stabilised else 0
+    if equations.partials is None:
+        raise ValueError("generalized-alpha needs the residual and its partials")
+    at_rest = (np.zeros(nv), *((np.zeros(nl),) if nl else ()))
+    inertia_of = np.diag(equations.at(z).partials(t0, q, v, *at_rest)[2])  # type: ignore[misc]
+    lightness = np.divide(1.0, inertia_of, out=np.ones(nv), where=inertia_of > 0.0)
     skipped = 0 if stabilised else nh
     first_z = nv + nl + ne
     rows = [(t0, q, v, vdot, lam, z)]
@@ -145,7 +151,7 @@ def _generalized_alpha(
     means: list[Array] = []  # of the velocity over the last three steps, newest first
     for count in range(1, steps + 1):
         t = t0 + step * count
-        B_n = constraints.jacobian(t - step, q)[:ne] if constraints is not None else np.zeros((0, nv))
+        B_n = constraints.jacobian(t - step, q)[:ne] * lightness if constraints is not None else np.zeros((0, nv))
         if method.variant == SPATIAL:
             start, (part, v, a, vdot, *means) = q, _carried(equations, v, a, vdot, means, step)
         else:
@@ -153,7 +159,8 @@ def _generalized_alpha(
         x = np.concatenate([v + 0.5 * step * a, step * lam, np.zeros(ne), z_rate])
         zdot_new = (z_rate - alpha_f * zdot) / (1.0 - alpha_f)
         v_new, vdot_new = v + step * a, (a - alpha_f * vdot) / (1.0 - alpha_f)
-        for _ in range(_MAX_ITERATIONS):
+        previous = np.inf
+        for iteration in range(_MAX_ITERATIONS):
             iterations += 1
             theta = step * (x[:nv] - part)
             q_new = product.update(equations.factors, start, theta)
@@ -185,10 +192,15 @@ def _generalized_alpha(
             velocity = change[:nv] + B_n.T @ change[nv + nl : first_z]
             zdot_new = zdot_new + rate_gain * change[first_z:]
             v_new, vdot_new = v_new + g * velocity, vdot_new + b / step * velocity
-            sizes = np.repeat([np.max(np.abs(x[:nv])), np.max(np.abs(x[nv : nv + nl]), initial=0.0)], [nv, nl])
-            floor = 8.0 * _EPSILON * np.concatenate([sizes, np.full(ne, sizes[0]), np.abs(z_new) / step])
-            if np.sqrt(np.mean((change / (atol + rtol * np.abs(x) + floor)) ** 2)) <= 1.0:
+            full = x.copy()
+            full[:nv] = full[:nv] + B_n.T @ x[nv + nl : first_z]
+            rows_of = constraints.jacobian(t, q_new) if constraints is not None else np.zeros((0, nv))
+            allowed = _tolerances(full, v, z_rate, 1.0 / np.sqrt(lightness), rows_of, (nl, ne), rtol, atol)
+            size = float(np.sqrt(np.mean((change / allowed) ** 2)))
+            rounding = 64.0 * _EPSILON * (np.max(np.abs(full[:nv])) + np.max(np.abs(q_new)) / step)
+            if size <= 1.0 or (iteration >= 2 and size > 0.5 * previous and np.max(np.abs(change[:nv])) <= rounding):
                 break
+            previous = size
         else:
             raise NumericalError(Problem(f"t = {t:.9g}", "Newton's iteration did not converge", "a smaller step"))
         q = product.update(equations.factors, start, step * (x[:nv] - part))
@@ -199,6 +211,28 @@ def _generalized_alpha(
         v, vdot, lam, z, zdot = v_new, vdot_new, x[nv : nv + nl] / step, z + step * x[first_z:], zdot_new
         rows.append((t, q, v, vdot, lam, z))
     return _trajectory(rows, iterations)
+
+
+def _tolerances(
+    x: Array, v: Array, z_rate: Array, roots: Array, B: Array, counts: tuple[int, int], rtol: float, atol: float
+) -> Array:
+    """Return what increments of E, step lam, eta and (z - z_n)/step may be: relative to their sizes and to the motion's.
+
+    Parameters
+    ----------
+    roots : (nv,) array
+        Roots of the diagonal of M: velocities times these are comparable, whatever their units.
+    counts : of lam and of eta
+    """
+    nv, (nl, ne) = len(v), counts
+    change = roots * (x[:nv] - v)
+    speed = np.sqrt((np.sum((roots * x[:nv]) ** 2) + np.sum(change**2)) / nv)
+    lengths = np.linalg.norm(B / roots, axis=1)
+    impulse = np.sqrt(np.sum((lengths * x[nv : nv + nl]) ** 2) + np.sum(change**2))
+    y = x[nv + nl + ne :]
+    parts = (speed / roots, impulse / lengths, speed / lengths[:ne], np.abs(y) + np.abs(y - z_rate))
+    result: Array = (atol + 4.0 * _EPSILON) * np.concatenate(parts) + rtol * np.abs(x) + np.finfo(float).tiny
+    return result
 
 
 def _carried(equations: Equations, v: Array, a: Array, vdot: Array, means: Sequence[Array], step: float) -> list[Array]:

@@ -76,7 +76,10 @@ class Stepper:
     @property
     def row(self) -> Array:
         """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are any."""
-        return np.concatenate([self.state[self.places[name]] for name in self.row_places])
+        u, record = self.inputs, np.empty((1, self.sizes["row"]))
+        table = None if u is None or np.any(np.isnan(u)) else np.tile(u, (self.sizes["rows_per_step"] + 1, 1))
+        _, rows = self.run(0, 1, table, record)
+        return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
 
     @property
     def inputs(self) -> Array | None:
@@ -122,7 +125,7 @@ class Stepper:
         )  # fmt: skip
 
     def run(self, steps: int, record_every: int, u_table: Array | None, record: Array) -> tuple[int, int]:
-        """Take up to ``steps`` steps and fill rows of ``record``. Returns the status and the number of rows."""
+        """Take up to ``steps`` steps and fill rows of ``record``; 0: only write the state's row. Returns status and rows."""
         recorded = self._ffi.new("long *", 0)
         status = self._lib.eomgen_run(
             self._pointer(self.parameters), self._pointer(self.settings),
@@ -265,11 +268,11 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
     """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step failed."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
     stepper.settings[0] = grid.rest
-    status, _ = stepper.run(1, 1, table, np.empty((1, stepper.sizes["row"])))
+    record = np.empty((1, stepper.sizes["row"]))
+    status, _ = stepper.run(1, 1, table, record)
     stepper.settings[0] = grid.step
-    row = stepper.row
-    row[0] = grid.end
-    return status, None if status else row
+    record[0, 0] = grid.end
+    return status, None if status else record[0]
 
 
 def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:

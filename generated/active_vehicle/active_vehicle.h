@@ -126,7 +126,8 @@ typedef enum active_vehicle_status {
 typedef struct active_vehicle_settings {
     eomgen_real step;           /* s, fixed */
     eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, weighted RMS:
+                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -178,7 +179,13 @@ typedef struct active_vehicle_workspace {
     eomgen_real vdot[7];
     eomgen_real unknown[7];      /* E, step lam */
     eomgen_real increment[7];     /* the exponent is step * increment */
-    eomgen_real right[7], solution[7], per_tolerance[7], round_off;
+    eomgen_real right[7], solution[7], per_tolerance[7];
+    int measured;             /* unit and per_unit hold what they should */
+    int trusted;              /* steps for which tolerances still hold, of the size trusted_step */
+    eomgen_real trusted_step;
+    eomgen_real unit[7], per_unit[7]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real rounding[7], fade; /* what rounding was seen to change each unknown by, and how much of that still counts */
+    eomgen_real speed[1];            /* of the step, in these units */
     eomgen_real numbers[147];     /* of the partials, and their products with T */
     eomgen_real tangents[1];
     eomgen_real entries[37];     /* nonzeros of the iteration matrix */
@@ -192,6 +199,7 @@ typedef struct active_vehicle_workspace {
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
+    eomgen_real spent;        /* iterations of all these steps */
     eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } active_vehicle_workspace;
@@ -219,7 +227,9 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     active_vehicle_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 22 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
+ * 22 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 0 steps: the row of the state as it is.
+ */
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
     long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 

@@ -14,9 +14,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define active_vehicle_EPSILON K(1.1920929e-07)
+#define active_vehicle_NOTHING K(1e-37)
+#define active_vehicle_FAR K(64.0)
 #else
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
+#define active_vehicle_NOTHING K(1e-300) /* keeps quotients finite */
+#define active_vehicle_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
 #endif
+#define active_vehicle_NEAR K(0.015625)
 
 static real active_vehicle_larger(real x, real y) { return x > y ? x : y; }
 
@@ -200,8 +205,11 @@ static void active_vehicle_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* The whole matrix from its nonzeros. */
-static void active_vehicle_spread(const real *S, real *A)
+/* By what a row of the matrix is multiplied where rows are compared. */
+#define active_vehicle_ROW_UNIT(row) unit[(row) < 7 || (row) >= 7 ? (row) : (row) - 0]
+
+/* The whole matrix from its nonzeros, rows in units that can be compared. */
+static void active_vehicle_spread(const real *S, const real *unit, real *A)
 {
     static const int place[37] = {
 24, 21, 22, 23, 32, 28, 29, 30, 40, 35, 36, 37, 3, 4, 5, 0, 
@@ -211,22 +219,22 @@ static void active_vehicle_spread(const real *S, real *A)
     int i;
     memset(A, 0, 49 * sizeof *A);
     for (i = 0; i < 37; ++i)
-        A[place[i]] = S[i];
+        A[place[i]] = S[i] * active_vehicle_ROW_UNIT(place[i] / 7);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of their unknowns. */
 #define active_vehicle_SMALLEST_PIVOT K(1e-12)
 
 /* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
  * pivot is too small. 41 multiply-subtracts. */
-static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
+static int active_vehicle_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 3, column 3 */
         real a0 = S[0];
         real a1 = S[1];
         real a2 = S[2];
         real a3 = S[3];
-        if (!(EG_ABS(a0) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a1) + EG_ABS(a2) + EG_ABS(a3))))
+        if (!(EG_ABS(a0) * unit[3] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a1) * unit[0] + EG_ABS(a2) * unit[1] + EG_ABS(a3) * unit[2])))
             return 0;
         a0 = K(1.0) / a0;
         F[0] = a0;
@@ -239,7 +247,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         real a5 = S[5];
         real a6 = S[6];
         real a7 = S[7];
-        if (!(EG_ABS(a4) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a5) + EG_ABS(a6) + EG_ABS(a7))))
+        if (!(EG_ABS(a4) * unit[4] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a5) * unit[0] + EG_ABS(a6) * unit[1] + EG_ABS(a7) * unit[2])))
             return 0;
         a4 = K(1.0) / a4;
         F[4] = a4;
@@ -252,7 +260,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         real a9 = S[9];
         real a10 = S[10];
         real a11 = S[11];
-        if (!(EG_ABS(a8) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a9) + EG_ABS(a10) + EG_ABS(a11))))
+        if (!(EG_ABS(a8) * unit[5] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a9) * unit[0] + EG_ABS(a10) * unit[1] + EG_ABS(a11) * unit[2])))
             return 0;
         a8 = K(1.0) / a8;
         F[8] = a8;
@@ -280,7 +288,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         a16 = a16 - a14 * F[10];
         a17 = a17 - a14 * F[11];
         F[14] = a14 * F[8];
-        if (!(EG_ABS(a15) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a16) + EG_ABS(a17) + EG_ABS(a18))))
+        if (!(EG_ABS(a15) * unit[0] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a16) * unit[1] + EG_ABS(a17) * unit[2] + EG_ABS(a18) * unit[6])))
             return 0;
         a15 = K(1.0) / a15;
         F[15] = a15;
@@ -312,7 +320,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         a24 = a24 - a22 * F[17];
         a25 = a25 - a22 * F[18];
         F[22] = a22 * F[15];
-        if (!(EG_ABS(a23) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a24) + EG_ABS(a25))))
+        if (!(EG_ABS(a23) * unit[1] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a24) * unit[2] + EG_ABS(a25) * unit[6])))
             return 0;
         a23 = K(1.0) / a23;
         F[23] = a23;
@@ -346,7 +354,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         a31 = a31 - a30 * F[24];
         a32 = a32 - a30 * F[25];
         F[30] = a30 * F[23];
-        if (!(EG_ABS(a31) > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a32))))
+        if (!(EG_ABS(a31) * unit[2] > active_vehicle_SMALLEST_PIVOT * (EG_ABS(a32) * unit[6])))
             return 0;
         a31 = K(1.0) / a31;
         F[31] = a31;
@@ -371,6 +379,7 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
         a36 = K(1.0) / a36;
         F[36] = a36;
     }
+    (void)unit;
     return 1;
 }
 
@@ -378,10 +387,10 @@ static int active_vehicle_eliminate(const real *restrict S, real *restrict F)
 static int active_vehicle_factorize(active_vehicle_workspace *work)
 {
     work->whole = 0;
-    if (active_vehicle_eliminate(work->entries, work->factors))
+    if (active_vehicle_eliminate(work->entries, work->unit, work->factors))
         return 1;
     work->whole = 1;
-    active_vehicle_spread(work->entries, work->matrix);
+    active_vehicle_spread(work->entries, work->unit, work->matrix);
     return active_vehicle_factor(work->matrix, work->pivot);
 }
 
@@ -461,6 +470,18 @@ static real active_vehicle_size_of_correction(const active_vehicle_workspace *wo
     return sum;
 }
 
+/* Add a part of a correction to the unknowns, and its effect to v, vdot and lam. */
+static void active_vehicle_add(const active_vehicle_scale *scale, const real *correction, real part, active_vehicle_workspace *work)
+{
+    int i;
+    for (i = 0; i < 7; ++i)
+        work->unknown[i] = work->unknown[i] + part * correction[i];
+    for (i = 0; i < 7; ++i) {
+        work->v[i] = work->v[i] + scale->v * (part * correction[i]);
+        work->vdot[i] = work->vdot[i] + scale->vdot * (part * correction[i]);
+    }
+}
+
 /* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
 static real active_vehicle_correct(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
@@ -470,15 +491,12 @@ static real active_vehicle_correct(const active_vehicle_scale *scale, active_veh
     for (i = 0; i < 7; ++i)
         work->right[i] = scale->r * work->right[i];
     {
-        memcpy(work->solution, work->right, sizeof work->solution);
+        const real *unit = work->unit;
+        for (i = 0; i < 7; ++i)
+            work->solution[i] = work->right[i] * active_vehicle_ROW_UNIT(i);
         active_vehicle_solve(work->matrix, work->pivot, work->solution);
     }
-    for (i = 0; i < 7; ++i)
-        work->unknown[i] = work->unknown[i] + work->solution[i];
-    for (i = 0; i < 7; ++i) {
-        work->v[i] = work->v[i] + scale->v * work->solution[i];
-        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
-    }
+    active_vehicle_add(scale, work->solution, K(1.0), work);
     return active_vehicle_size_of_correction(work);
 }
 
@@ -487,6 +505,54 @@ static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, r
 {
     active_vehicle_partials(p, t, work->q, work->v, work->vdot, work->u, work->numbers + 0, work->numbers + 49, work->numbers + 98);
     (void)p; (void)t; (void)work;
+}
+
+/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of M at the state that is prepared in work. */
+static void active_vehicle_measure(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work)
+{
+    static const int diagonal[7] = { 98, 106, 114, 122, 130, 138, 146 };
+    int i;
+    for (i = 0; i < 7; ++i)
+        work->unit[i] = work->per_unit[i] = K(1.0);
+    memset(work->rounding, 0, sizeof work->rounding);
+    work->fade = K(0.0);
+    work->trusted = 0;
+    work->measured = 1;
+    memset(work->vdot, 0, sizeof work->vdot);
+    active_vehicle_partial_numbers(p, t, work);
+    for (i = 0; i < 7; ++i) {
+        const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
+        if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(K(1.0) / inertia);
+        work->per_unit[i] = K(1.0) / work->unit[i];
+    }
+}
+
+/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one from the origin. */
+static real active_vehicle_extent(const real *q, const active_vehicle_workspace *work)
+{
+    static const int turns[7] = { 0, 1, 1, 0, 0, 0, 0 };
+    static const int place[7] = { 0, 1, 2, 3, 4, 5, 6 };
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 7; ++i) {
+        const real square = work->per_unit[i] * work->per_unit[i];
+        if (turns[i])
+            sum = sum + square;
+        if (place[i] >= 0)
+            sum = sum + square * (q[place[i]] * q[place[i]]);
+    }
+    return EG_SQRT(sum);
+}
+
+/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+static real active_vehicle_size(const real *x, const active_vehicle_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 7; ++i)
+        sum = sum + (work->per_unit[i] * x[i]) * (work->per_unit[i] * x[i]);
+    return EG_SQRT(sum);
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
@@ -613,6 +679,20 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
+/* Measure the unknowns at a state, where that has not been done. */
+static active_vehicle_status active_vehicle_know_units(const active_vehicle_parameters *p, active_vehicle_state *state, const real *first, const real *last, active_vehicle_workspace *work)
+{
+    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    if (work->measured)
+        return ACTIVE_VEHICLE_OK;
+    status = active_vehicle_prepare(p, state->t, first, last, K(0.0), work);
+    memcpy(work->q, state->q, sizeof work->q);
+    memcpy(work->v, state->v, sizeof work->v);
+    if (status == ACTIVE_VEHICLE_OK)
+        active_vehicle_measure(p, state->t, work);
+    return status;
+}
+
 /* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
 static active_vehicle_status active_vehicle_renew(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const real *u_table)
@@ -621,7 +701,9 @@ static active_vehicle_status active_vehicle_renew(const active_vehicle_parameter
     active_vehicle_state next = *state;
     active_vehicle_status status;
     next.step = settings->step;
-    status = active_vehicle_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    status = active_vehicle_know_units(p, &next, u_table, last, work);
+    if (status == ACTIVE_VEHICLE_OK)
+        status = active_vehicle_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
     if (status != ACTIVE_VEHICLE_OK)
         return status;
     *state = next;
@@ -649,6 +731,7 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
+    work->measured = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = active_vehicle_renew(p, settings, &start, work, u_table);
@@ -672,7 +755,7 @@ static int active_vehicle_iteration_matrix(const active_vehicle_parameters *p, c
     return active_vehicle_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
 static void active_vehicle_move(const active_vehicle_state *from, real step, active_vehicle_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -696,30 +779,95 @@ static int active_vehicle_turns_too_far(real step, const active_vehicle_workspac
 /* What forming and factoring the matrix costs, in iterations. */
 #define active_vehicle_FACTORS_COST K(3.7065972222222223)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
- * changes the mean velocity by; no demand is below it. */
-static void active_vehicle_tolerances(const active_vehicle_settings *settings, const active_vehicle_coefficients *c, real per_step, active_vehicle_workspace *work)
+/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough. Tolerances are relative to each
+ * unknown's own size and to the size of the motion: of velocities, what the kinetic energy of the step, and of what it changes, gives each if they share it. No demand is below what rounding was seen to do. */
+static void active_vehicle_tolerances(const active_vehicle_settings *settings, const active_vehicle_coefficients *c, const active_vehicle_state *from, real step, active_vehicle_workspace *work)
 {
-    real magnitude = K(0.0);
+    const real least = settings->atol + K(4.0) * active_vehicle_EPSILON;
+    real energy = K(0.0);
     int i;
+    for (i = 0; i < 7; ++i) {
+        const real moves = work->per_unit[i] * work->unknown[i], more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
+        energy = energy + moves * moves + more * more;
+    }
+    work->speed[0] = EG_SQRT(energy * K(0.14285714285714285)); /* as if all had the same part of it */
+    for (i = 0; i < 7; ++i)
+        work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    (void)per_step;
+    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
     for (i = 0; i < 7; ++i)
-        magnitude = active_vehicle_larger(magnitude, EG_ABS(work->unknown[i]));
-    work->round_off = K(2.0) * active_vehicle_EPSILON * magnitude;
-    for (i = 0; i < 7; ++i)
-        work->per_tolerance[i] = settings->atol + work->round_off;
-    for (i = 0; i < 7; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + active_vehicle_NOTHING);
+    work->trusted = from->known < 3 ? 1 : 4;
+    work->trusted_step = step;
 }
 
-/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
+ * where all of them are prescribed, the others would be free to grow. */
 static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
 {
     int i;
     for (i = 0; i < 7; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * active_vehicle_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
+    return 1;
+}
+
+/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
+static real active_vehicle_missed(const active_vehicle_parameters *p, const active_vehicle_scale *scale, const active_vehicle_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *missed, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+{
+    int i;
+    (void)p; (void)t;
+    active_vehicle_add(scale, moved, part, work);
+    active_vehicle_move(from, step, work);
+    active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
+    ++statistics->evaluations;
+    
+    active_vehicle_correct(scale, work);
+    ++statistics->newton_iterations;
+    active_vehicle_add(scale, moved, -part, work);
+    active_vehicle_add(scale, work->solution, K(-1.0), work);
+    for (i = 0; i < 7; ++i)
+        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+    return EG_SQRT(active_vehicle_size_of_correction(work));
+}
+
+/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
+ * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, const active_vehicle_coefficients *c, const active_vehicle_scale *scale, const active_vehicle_state *from,
+    real t, real step, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+{
+    real correction[7], moved[7], near[7], far[7];
+    real size, size_near, size_far;
+    int i;
+    active_vehicle_move(from, step, work);
+    active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
+    ++statistics->evaluations;
+    if (!active_vehicle_finite(work->right, 7) || !active_vehicle_iteration_matrix(p, c, t, step, work))
+        return 0;
+    ++statistics->factorizations;
+    work->factored_step = step;
+    
+    active_vehicle_correct(scale, work);
+    ++statistics->newton_iterations;
+    memcpy(correction, work->solution, sizeof correction);
+    active_vehicle_add(scale, correction, K(-1.0), work);
+    memcpy(moved, correction, sizeof moved);
+    size = EG_SQRT(active_vehicle_size_of_correction(work));
+    if (!(step * active_vehicle_size(correction, work) <= K(64.0) * EG_SQRT(active_vehicle_EPSILON) * active_vehicle_extent(work->q, work)))
+        return 0;
+    size_near = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near, work, statistics);
+    size_far = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far, work, statistics);
+    active_vehicle_add(scale, correction, K(1.0), work);
+    if (!(size_near >= K(0.125) * active_vehicle_NEAR * size && size_far <= K(0.125) * active_vehicle_FAR * size))
+        return 0;
+    for (i = 0; i < 7; ++i) {
+        const real most = active_vehicle_larger(EG_ABS(correction[i]), active_vehicle_larger(EG_ABS(near[i]), EG_ABS(far[i])));
+        work->rounding[i] = active_vehicle_larger(work->fade * work->rounding[i], K(2.0) * most);
+    }
+    work->fade = K(1.0);
+    work->trusted = 0;
     return 1;
 }
 
@@ -738,7 +886,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, fresh = 0;
+    int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > active_vehicle_FACTORS_COST + work->excess;
     scale.r = -step;
@@ -782,39 +930,48 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
             fresh = 1;
             since = 0;
         }
+        
         error = active_vehicle_correct(&scale, work);
-        if (iteration == 0) {
-            active_vehicle_tolerances(settings, c, per_step, work);
+        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+            active_vehicle_tolerances(settings, c, from, step, work);
             error = active_vehicle_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.14285714285714285));
-        if (!(error - error == K(0.0)))
+        if (!(error == error))
             return ACTIVE_VEHICLE_NOT_FINITE;
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
-            || (since >= 2 && rate > K(0.3) && active_vehicle_only_rounding(work))) {
+        settled = error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && active_vehicle_only_rounding(work));
+        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
+            ++asked;
+            settled = active_vehicle_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+        }
+        if (settled) {
             if (fresh) {
-                work->usual = since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                const real wasted = (real)(iteration + 1 - since);
                 if (work->pause > 0)
                     --work->pause;
-            } else {
-                ++work->borrowed;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
-                if (work->last_excess <= active_vehicle_FACTORS_COST)
-                    work->streak = 0;
-                else if (work->borrowed == 1) { /* not even the next step can use them */
-                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
+                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + active_vehicle_FACTORS_COST);
+                    work->streak = work->spent + wasted + active_vehicle_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
                     work->pause = work->streak;
                 }
+                work->usual = since;
+                work->spent = (real)since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+            } else {
+                ++work->borrowed;
+                work->spent = work->spent + (real)since;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
             }
             statistics->max_residual = active_vehicle_larger(statistics->max_residual, largest);
+            --work->trusted;
             if (active_vehicle_turns_too_far(step, work))
                 return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
             active_vehicle_move(from, step, work);
@@ -822,13 +979,8 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return ACTIVE_VEHICLE_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
-            if (!fresh && work->borrowed == 0) {
-                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
-                work->pause = work->streak;
-            }
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
             factor = 1;
-        }
         previous = error;
     }
     return ACTIVE_VEHICLE_NOT_CONVERGED;
@@ -837,12 +989,13 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
 /* The state at the end of the step that is in work. */
 static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, active_vehicle_state *state, const active_vehicle_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
     int i;
     for (i = 0; i < 7; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
-        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[7 + i]);
+        const real unit = work->per_unit[i];
+        const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[7 + i]);
         missed[0] = missed[0] + first * first;
         missed[1] = missed[1] + second * second;
         missed[2] = missed[2] + third * third;
@@ -900,6 +1053,9 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = active_vehicle_coefficients_of(settings->rho_inf);
+    status = active_vehicle_know_units(p, state, u_table, last, work);
+    if (status != ACTIVE_VEHICLE_OK)
+        return status;
     if (state->step != settings->step) { /* inputs or parameters have changed */
         status = active_vehicle_renew(p, settings, state, work, u_table);
         if (status != ACTIVE_VEHICLE_OK)
@@ -955,28 +1111,32 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     return status;
 }
 
+/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+static void active_vehicle_write_row(const active_vehicle_parameters *p, const active_vehicle_state *state, const real *inputs, active_vehicle_workspace *work, real *row)
+{
+    row[0] = state->t;
+    memcpy(row + 1, state->q, sizeof state->q);
+    memcpy(row + 8, state->v, sizeof state->v);
+    memcpy(row + 15, state->vdot, sizeof state->vdot);
+    (void)p; (void)inputs; (void)work;
+}
+
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
     long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     long k, rows = 0;
-    int i;
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
     if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
         status = ACTIVE_VEHICLE_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == ACTIVE_VEHICLE_OK)
+        active_vehicle_write_row(p, state, u_table, work, record + 22 * rows++);
     for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
         status = k == 0 ? active_vehicle_first_step(p, settings, state, work, u_table) /* later steps share rows and parameters */
             : active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
         if (status != ACTIVE_VEHICLE_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            real *row = record + rows * 22;
-            row[0] = state->t;
-            for (i = 0; i < 7; ++i)
-                row[1 + i] = state->q[i];
-            for (i = 0; i < 7; ++i) {
-                row[8 + i] = state->v[i];
-                row[15 + i] = state->vdot[i];
-            }
+            active_vehicle_write_row(p, state, u_table == NULL ? NULL : u_table + (k + 1) * 4, work, record + rows * 22);
             ++rows;
         }
     }

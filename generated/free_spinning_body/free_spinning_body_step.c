@@ -14,9 +14,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define free_spinning_body_EPSILON K(1.1920929e-07)
+#define free_spinning_body_NOTHING K(1e-37)
+#define free_spinning_body_FAR K(64.0)
 #else
 #define free_spinning_body_EPSILON K(2.220446049250313e-16)
+#define free_spinning_body_NOTHING K(1e-300) /* keeps quotients finite */
+#define free_spinning_body_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
 #endif
+#define free_spinning_body_NEAR K(0.015625)
 
 static real free_spinning_body_larger(real x, real y) { return x > y ? x : y; }
 
@@ -223,8 +228,11 @@ static void free_spinning_body_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* The whole matrix from its nonzeros. */
-static void free_spinning_body_spread(const real *S, real *A)
+/* By what a row of the matrix is multiplied where rows are compared. */
+#define free_spinning_body_ROW_UNIT(row) unit[(row) < 6 || (row) >= 6 ? (row) : (row) - 0]
+
+/* The whole matrix from its nonzeros, rows in units that can be compared. */
+static void free_spinning_body_spread(const real *S, const real *unit, real *A)
 {
     static const int place[24] = {
 0, 1, 2, 6, 7, 8, 12, 13, 14, 19, 20, 21, 22, 23, 24, 26, 
@@ -233,21 +241,21 @@ static void free_spinning_body_spread(const real *S, real *A)
     int i;
     memset(A, 0, 36 * sizeof *A);
     for (i = 0; i < 24; ++i)
-        A[place[i]] = S[i];
+        A[place[i]] = S[i] * free_spinning_body_ROW_UNIT(place[i] / 6);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of their unknowns. */
 #define free_spinning_body_SMALLEST_PIVOT K(1e-12)
 
 /* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
  * pivot is too small. 17 multiply-subtracts. */
-static int free_spinning_body_eliminate(const real *restrict S, real *restrict F)
+static int free_spinning_body_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 0, column 0 */
         real a0 = S[0];
         real a1 = S[1];
         real a2 = S[2];
-        if (!(EG_ABS(a0) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a1) + EG_ABS(a2))))
+        if (!(EG_ABS(a0) * unit[0] > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a1) * unit[1] + EG_ABS(a2) * unit[2])))
             return 0;
         a0 = K(1.0) / a0;
         F[0] = a0;
@@ -261,7 +269,7 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
         a4 = a4 - a3 * F[1];
         a5 = a5 - a3 * F[2];
         F[3] = a3 * F[0];
-        if (!(EG_ABS(a4) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a5))))
+        if (!(EG_ABS(a4) * unit[1] > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a5) * unit[2])))
             return 0;
         a4 = K(1.0) / a4;
         F[4] = a4;
@@ -290,7 +298,7 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
         a10 = a10 - a9 * F[5];
         F[9] = a9 * F[4];
         F[10] = a10 * F[8];
-        if (!(EG_ABS(a11) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a12) + EG_ABS(a13))))
+        if (!(EG_ABS(a11) * unit[3] > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a12) * unit[4] + EG_ABS(a13) * unit[5])))
             return 0;
         a11 = K(1.0) / a11;
         F[11] = a11;
@@ -313,7 +321,7 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
         a18 = a18 - a17 * F[12];
         a19 = a19 - a17 * F[13];
         F[17] = a17 * F[11];
-        if (!(EG_ABS(a18) > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a19))))
+        if (!(EG_ABS(a18) * unit[4] > free_spinning_body_SMALLEST_PIVOT * (EG_ABS(a19) * unit[5])))
             return 0;
         a18 = K(1.0) / a18;
         F[18] = a18;
@@ -342,6 +350,7 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
         a25 = K(1.0) / a25;
         F[25] = a25;
     }
+    (void)unit;
     return 1;
 }
 
@@ -349,10 +358,10 @@ static int free_spinning_body_eliminate(const real *restrict S, real *restrict F
 static int free_spinning_body_factorize(free_spinning_body_workspace *work)
 {
     work->whole = 0;
-    if (free_spinning_body_eliminate(work->entries, work->factors))
+    if (free_spinning_body_eliminate(work->entries, work->unit, work->factors))
         return 1;
     work->whole = 1;
-    free_spinning_body_spread(work->entries, work->matrix);
+    free_spinning_body_spread(work->entries, work->unit, work->matrix);
     return free_spinning_body_factor(work->matrix, work->pivot);
 }
 
@@ -425,6 +434,18 @@ static real free_spinning_body_size_of_correction(const free_spinning_body_works
     return sum;
 }
 
+/* Add a part of a correction to the unknowns, and its effect to v, vdot and lam. */
+static void free_spinning_body_add(const free_spinning_body_scale *scale, const real *correction, real part, free_spinning_body_workspace *work)
+{
+    int i;
+    for (i = 0; i < 6; ++i)
+        work->unknown[i] = work->unknown[i] + part * correction[i];
+    for (i = 0; i < 6; ++i) {
+        work->v[i] = work->v[i] + scale->v * (part * correction[i]);
+        work->vdot[i] = work->vdot[i] + scale->vdot * (part * correction[i]);
+    }
+}
+
 /* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
 static real free_spinning_body_correct(const free_spinning_body_scale *scale, free_spinning_body_workspace *work)
 {
@@ -434,15 +455,12 @@ static real free_spinning_body_correct(const free_spinning_body_scale *scale, fr
     for (i = 0; i < 6; ++i)
         work->right[i] = scale->r * work->right[i];
     {
-        memcpy(work->solution, work->right, sizeof work->solution);
+        const real *unit = work->unit;
+        for (i = 0; i < 6; ++i)
+            work->solution[i] = work->right[i] * free_spinning_body_ROW_UNIT(i);
         free_spinning_body_solve(work->matrix, work->pivot, work->solution);
     }
-    for (i = 0; i < 6; ++i)
-        work->unknown[i] = work->unknown[i] + work->solution[i];
-    for (i = 0; i < 6; ++i) {
-        work->v[i] = work->v[i] + scale->v * work->solution[i];
-        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
-    }
+    free_spinning_body_add(scale, work->solution, K(1.0), work);
     return free_spinning_body_size_of_correction(work);
 }
 
@@ -451,6 +469,54 @@ static void free_spinning_body_partial_numbers(const free_spinning_body_paramete
 {
     free_spinning_body_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 36, work->numbers + 72);
     (void)p; (void)t; (void)work;
+}
+
+/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of M at the state that is prepared in work. */
+static void free_spinning_body_measure(const free_spinning_body_parameters *p, real t, free_spinning_body_workspace *work)
+{
+    static const int diagonal[6] = { 72, 79, 86, 93, 100, 107 };
+    int i;
+    for (i = 0; i < 6; ++i)
+        work->unit[i] = work->per_unit[i] = K(1.0);
+    memset(work->rounding, 0, sizeof work->rounding);
+    work->fade = K(0.0);
+    work->trusted = 0;
+    work->measured = 1;
+    memset(work->vdot, 0, sizeof work->vdot);
+    free_spinning_body_partial_numbers(p, t, work);
+    for (i = 0; i < 6; ++i) {
+        const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
+        if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(K(1.0) / inertia);
+        work->per_unit[i] = K(1.0) / work->unit[i];
+    }
+}
+
+/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one from the origin. */
+static real free_spinning_body_extent(const real *q, const free_spinning_body_workspace *work)
+{
+    static const int turns[6] = { 1, 1, 1, 0, 0, 0 };
+    static const int place[6] = { -1, -1, -1, 4, 5, 6 };
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i) {
+        const real square = work->per_unit[i] * work->per_unit[i];
+        if (turns[i])
+            sum = sum + square;
+        if (place[i] >= 0)
+            sum = sum + square * (q[place[i]] * q[place[i]]);
+    }
+    return EG_SQRT(sum);
+}
+
+/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+static real free_spinning_body_size(const real *x, const free_spinning_body_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i)
+        sum = sum + (work->per_unit[i] * x[i]) * (work->per_unit[i] * x[i]);
+    return EG_SQRT(sum);
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
@@ -577,6 +643,20 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
+/* Measure the unknowns at a state, where that has not been done. */
+static free_spinning_body_status free_spinning_body_know_units(const free_spinning_body_parameters *p, free_spinning_body_state *state, const real *first, const real *last, free_spinning_body_workspace *work)
+{
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    if (work->measured)
+        return FREE_SPINNING_BODY_OK;
+    status = free_spinning_body_prepare(p, state->t, first, last, K(0.0), work);
+    memcpy(work->q, state->q, sizeof work->q);
+    memcpy(work->v, state->v, sizeof work->v);
+    if (status == FREE_SPINNING_BODY_OK)
+        free_spinning_body_measure(p, state->t, work);
+    return status;
+}
+
 /* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
 static free_spinning_body_status free_spinning_body_renew(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const real *u_table)
@@ -585,7 +665,9 @@ static free_spinning_body_status free_spinning_body_renew(const free_spinning_bo
     free_spinning_body_state next = *state;
     free_spinning_body_status status;
     next.step = settings->step;
-    status = free_spinning_body_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    status = free_spinning_body_know_units(p, &next, u_table, last, work);
+    if (status == FREE_SPINNING_BODY_OK)
+        status = free_spinning_body_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     *state = next;
@@ -612,6 +694,7 @@ free_spinning_body_status free_spinning_body_initialize(const free_spinning_body
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
+    work->measured = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = free_spinning_body_renew(p, settings, &start, work, u_table);
@@ -635,7 +718,7 @@ static int free_spinning_body_iteration_matrix(const free_spinning_body_paramete
     return free_spinning_body_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
 static void free_spinning_body_move(const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -662,30 +745,95 @@ static int free_spinning_body_turns_too_far(real step, const free_spinning_body_
 /* What forming and factoring the matrix costs, in iterations. */
 #define free_spinning_body_FACTORS_COST K(0.5401929260450161)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
- * changes the mean velocity by; no demand is below it. */
-static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c, real per_step, free_spinning_body_workspace *work)
+/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough. Tolerances are relative to each
+ * unknown's own size and to the size of the motion: of velocities, what the kinetic energy of the step, and of what it changes, gives each if they share it. No demand is below what rounding was seen to do. */
+static void free_spinning_body_tolerances(const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c, const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
 {
-    real magnitude = K(0.0);
+    const real least = settings->atol + K(4.0) * free_spinning_body_EPSILON;
+    real energy = K(0.0);
     int i;
+    for (i = 0; i < 6; ++i) {
+        const real moves = work->per_unit[i] * work->unknown[i], more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
+        energy = energy + moves * moves + more * more;
+    }
+    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* as if all had the same part of it */
+    for (i = 0; i < 6; ++i)
+        work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    (void)per_step;
+    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
     for (i = 0; i < 6; ++i)
-        magnitude = free_spinning_body_larger(magnitude, EG_ABS(work->unknown[i]));
-    work->round_off = K(2.0) * free_spinning_body_EPSILON * magnitude;
-    for (i = 0; i < 6; ++i)
-        work->per_tolerance[i] = settings->atol + work->round_off;
-    for (i = 0; i < 6; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + free_spinning_body_NOTHING);
+    work->trusted = from->known < 3 ? 1 : 4;
+    work->trusted_step = step;
 }
 
-/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
+ * where all of them are prescribed, the others would be free to grow. */
 static int free_spinning_body_only_rounding(const free_spinning_body_workspace *work)
 {
     int i;
     for (i = 0; i < 6; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * free_spinning_body_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
+    return 1;
+}
+
+/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
+static real free_spinning_body_missed(const free_spinning_body_parameters *p, const free_spinning_body_scale *scale, const free_spinning_body_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *missed, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+{
+    int i;
+    (void)p; (void)t;
+    free_spinning_body_add(scale, moved, part, work);
+    free_spinning_body_move(from, step, work);
+    free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
+    ++statistics->evaluations;
+    
+    free_spinning_body_correct(scale, work);
+    ++statistics->newton_iterations;
+    free_spinning_body_add(scale, moved, -part, work);
+    free_spinning_body_add(scale, work->solution, K(-1.0), work);
+    for (i = 0; i < 6; ++i)
+        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+    return EG_SQRT(free_spinning_body_size_of_correction(work));
+}
+
+/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
+ * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+static int free_spinning_body_learn_rounding(const free_spinning_body_parameters *p, const free_spinning_body_coefficients *c, const free_spinning_body_scale *scale, const free_spinning_body_state *from,
+    real t, real step, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+{
+    real correction[6], moved[6], near[6], far[6];
+    real size, size_near, size_far;
+    int i;
+    free_spinning_body_move(from, step, work);
+    free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
+    ++statistics->evaluations;
+    if (!free_spinning_body_finite(work->right, 6) || !free_spinning_body_iteration_matrix(p, c, t, step, work))
+        return 0;
+    ++statistics->factorizations;
+    work->factored_step = step;
+    
+    free_spinning_body_correct(scale, work);
+    ++statistics->newton_iterations;
+    memcpy(correction, work->solution, sizeof correction);
+    free_spinning_body_add(scale, correction, K(-1.0), work);
+    memcpy(moved, correction, sizeof moved);
+    size = EG_SQRT(free_spinning_body_size_of_correction(work));
+    if (!(step * free_spinning_body_size(correction, work) <= K(64.0) * EG_SQRT(free_spinning_body_EPSILON) * free_spinning_body_extent(work->q, work)))
+        return 0;
+    size_near = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_NEAR, near, work, statistics);
+    size_far = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_FAR, far, work, statistics);
+    free_spinning_body_add(scale, correction, K(1.0), work);
+    if (!(size_near >= K(0.125) * free_spinning_body_NEAR * size && size_far <= K(0.125) * free_spinning_body_FAR * size))
+        return 0;
+    for (i = 0; i < 6; ++i) {
+        const real most = free_spinning_body_larger(EG_ABS(correction[i]), free_spinning_body_larger(EG_ABS(near[i]), EG_ABS(far[i])));
+        work->rounding[i] = free_spinning_body_larger(work->fade * work->rounding[i], K(2.0) * most);
+    }
+    work->fade = K(1.0);
+    work->trusted = 0;
     return 1;
 }
 
@@ -704,7 +852,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, fresh = 0;
+    int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > free_spinning_body_FACTORS_COST + work->excess;
     scale.r = -step;
@@ -748,39 +896,48 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
             fresh = 1;
             since = 0;
         }
+        
         error = free_spinning_body_correct(&scale, work);
-        if (iteration == 0) {
-            free_spinning_body_tolerances(settings, c, per_step, work);
+        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+            free_spinning_body_tolerances(settings, c, from, step, work);
             error = free_spinning_body_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.16666666666666666));
-        if (!(error - error == K(0.0)))
+        if (!(error == error))
             return FREE_SPINNING_BODY_NOT_FINITE;
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
-            || (since >= 2 && rate > K(0.3) && free_spinning_body_only_rounding(work))) {
+        settled = error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && free_spinning_body_only_rounding(work));
+        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
+            ++asked;
+            settled = free_spinning_body_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+        }
+        if (settled) {
             if (fresh) {
-                work->usual = since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                const real wasted = (real)(iteration + 1 - since);
                 if (work->pause > 0)
                     --work->pause;
-            } else {
-                ++work->borrowed;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
-                if (work->last_excess <= free_spinning_body_FACTORS_COST)
-                    work->streak = 0;
-                else if (work->borrowed == 1) { /* not even the next step can use them */
-                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
+                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + free_spinning_body_FACTORS_COST);
+                    work->streak = work->spent + wasted + free_spinning_body_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
                     work->pause = work->streak;
                 }
+                work->usual = since;
+                work->spent = (real)since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+            } else {
+                ++work->borrowed;
+                work->spent = work->spent + (real)since;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
             }
             statistics->max_residual = free_spinning_body_larger(statistics->max_residual, largest);
+            --work->trusted;
             if (free_spinning_body_turns_too_far(step, work))
                 return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
             free_spinning_body_move(from, step, work);
@@ -788,13 +945,8 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return FREE_SPINNING_BODY_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
-            if (!fresh && work->borrowed == 0) {
-                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
-                work->pause = work->streak;
-            }
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
             factor = 1;
-        }
         previous = error;
     }
     return FREE_SPINNING_BODY_NOT_CONVERGED;
@@ -803,12 +955,13 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
 /* The state at the end of the step that is in work. */
 static void free_spinning_body_accept(const free_spinning_body_coefficients *c, real t, free_spinning_body_state *state, const free_spinning_body_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
     int i;
     for (i = 0; i < 6; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
-        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[6 + i]);
+        const real unit = work->per_unit[i];
+        const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[6 + i]);
         missed[0] = missed[0] + first * first;
         missed[1] = missed[1] + second * second;
         missed[2] = missed[2] + third * third;
@@ -866,6 +1019,9 @@ static free_spinning_body_status free_spinning_body_take_step(const free_spinnin
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = free_spinning_body_coefficients_of(settings->rho_inf);
+    status = free_spinning_body_know_units(p, state, u_table, last, work);
+    if (status != FREE_SPINNING_BODY_OK)
+        return status;
     status = free_spinning_body_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
     if (status != FREE_SPINNING_BODY_OK && status != FREE_SPINNING_BODY_BAD_ARGUMENT && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE)
         status = free_spinning_body_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
@@ -894,27 +1050,31 @@ free_spinning_body_status free_spinning_body_step(const free_spinning_body_param
     return free_spinning_body_take_step(p, settings, state, work, u_table);
 }
 
+/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+static void free_spinning_body_write_row(const free_spinning_body_parameters *p, const free_spinning_body_state *state, const real *inputs, free_spinning_body_workspace *work, real *row)
+{
+    row[0] = state->t;
+    memcpy(row + 1, state->q, sizeof state->q);
+    memcpy(row + 8, state->v, sizeof state->v);
+    memcpy(row + 14, state->vdot, sizeof state->vdot);
+    (void)p; (void)inputs; (void)work;
+}
+
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
     long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     long k, rows = 0;
-    int i;
     free_spinning_body_status status = FREE_SPINNING_BODY_OK;
     if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
         status = FREE_SPINNING_BODY_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == FREE_SPINNING_BODY_OK)
+        free_spinning_body_write_row(p, state, u_table, work, record + 20 * rows++);
     for (k = 0; k < steps && status == FREE_SPINNING_BODY_OK; ++k) {
         status = free_spinning_body_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != FREE_SPINNING_BODY_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            real *row = record + rows * 20;
-            row[0] = state->t;
-            for (i = 0; i < 7; ++i)
-                row[1 + i] = state->q[i];
-            for (i = 0; i < 6; ++i) {
-                row[8 + i] = state->v[i];
-                row[14 + i] = state->vdot[i];
-            }
+            free_spinning_body_write_row(p, state, NULL, work, record + rows * 20);
             ++rows;
         }
     }

@@ -161,7 +161,8 @@ typedef enum heavy_top_r3xso3_status {
 typedef struct heavy_top_r3xso3_settings {
     eomgen_real step;           /* s, fixed */
     eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS */
+    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS:
+                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -172,6 +173,7 @@ typedef struct heavy_top_r3xso3_statistics {
     eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
     eomgen_real max_constraint, max_constraint_velocity; /* largest |Phi| and |w| of the states recorded, and of the last one */
     eomgen_real max_eta;        /* largest multiplier of the velocity constraints; it is O(step^2) */
+    eomgen_real max_rounding;   /* largest part of the multipliers of these states that was rounding */
     eomgen_real pivot_ratio;    /* largest by smallest pivot of the last iteration matrix */
 } heavy_top_r3xso3_statistics;
 
@@ -184,6 +186,7 @@ typedef struct heavy_top_r3xso3_state {
     eomgen_real lam[3];  /* multipliers: constraint forces are -B^T lam */
     eomgen_real a[6];  /* algorithmic acceleration */
     eomgen_real eta[3];  /* multipliers of the velocity constraints */
+    eomgen_real inverse_inertia[6]; /* 1/M_ii at the start, by which they move positions */
     eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
     eomgen_real lam_before[6];
     long known;       /* how many steps there are to predict from, at most 3 */
@@ -214,8 +217,18 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real rate[3];
     eomgen_real unknown[12];      /* E, step lam, eta */
     eomgen_real increment[6];     /* the exponent is step * increment */
-    eomgen_real right[15], solution[12], per_tolerance[12], round_off, slack;
-    eomgen_real jacobian[17];     /* nonzeros of B at the start of the step */
+    eomgen_real right[15], solution[12], per_tolerance[12];
+    int measured;             /* unit and per_unit hold what they should */
+    int trusted;              /* steps for which tolerances still hold, of the size trusted_step */
+    eomgen_real trusted_step;
+    eomgen_real unit[12], per_unit[12]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real rounding[12], fade; /* what rounding was seen to change each unknown by, and how much of that still counts */
+    eomgen_real speed[1];            /* of the step, in these units */
+    eomgen_real size[3], reach; /* what the summands of each row of Phi add up to; the largest of it, in these units */
+    eomgen_real slip;                /* what rounding of q and Phi, by the step, is in these units */
+    eomgen_real slack;               /* of w, in these units */
+    eomgen_real blur, share;         /* what rounding was seen to do to step lam, in these units; the part of the multipliers that is rounding */
+    eomgen_real jacobian[17];     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real numbers[108];     /* of the partials, and their products with T */
     eomgen_real tangents[9];
     eomgen_real entries[101];     /* nonzeros of the iteration matrix */
@@ -229,6 +242,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
+    eomgen_real spent;        /* iterations of all these steps */
     eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } heavy_top_r3xso3_workspace;
@@ -255,7 +269,9 @@ heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters 
     heavy_top_r3xso3_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot, lam) of
- * 23 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
+ * 23 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 0 steps: the row of the state as it is.
+ */
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
     long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 

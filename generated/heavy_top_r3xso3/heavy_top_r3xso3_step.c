@@ -14,9 +14,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define heavy_top_r3xso3_EPSILON K(1.1920929e-07)
+#define heavy_top_r3xso3_NOTHING K(1e-37)
+#define heavy_top_r3xso3_FAR K(64.0)
 #else
 #define heavy_top_r3xso3_EPSILON K(2.220446049250313e-16)
+#define heavy_top_r3xso3_NOTHING K(1e-300) /* keeps quotients finite */
+#define heavy_top_r3xso3_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
 #endif
+#define heavy_top_r3xso3_NEAR K(0.015625)
 
 static real heavy_top_r3xso3_larger(real x, real y) { return x > y ? x : y; }
 
@@ -346,8 +351,11 @@ static void heavy_top_r3xso3_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* The whole matrix from its nonzeros. */
-static void heavy_top_r3xso3_spread(const real *S, real *A)
+/* By what a row of the matrix is multiplied where rows are compared. */
+#define heavy_top_r3xso3_ROW_UNIT(row) unit[(row) < 9 || (row) >= 12 ? (row) : (row) - 3]
+
+/* The whole matrix from its nonzeros, rows in units that can be compared. */
+static void heavy_top_r3xso3_spread(const real *S, const real *unit, real *A)
 {
     static const int place[101] = {
 55, 54, 56, 49, 50, 52, 48, 43, 42, 44, 37, 39, 38, 36, 7, 6, 
@@ -361,15 +369,15 @@ static void heavy_top_r3xso3_spread(const real *S, real *A)
     int i;
     memset(A, 0, 144 * sizeof *A);
     for (i = 0; i < 101; ++i)
-        A[place[i]] = S[i];
+        A[place[i]] = S[i] * heavy_top_r3xso3_ROW_UNIT(place[i] / 12);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of their unknowns. */
 #define heavy_top_r3xso3_SMALLEST_PIVOT K(1e-12)
 
 /* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
  * pivot is too small. 207 multiply-subtracts. */
-static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
+static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 4, column 7 */
         real a0 = S[0];
@@ -379,7 +387,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         real a4 = S[4];
         real a5 = S[5];
         real a6 = S[6];
-        if (!(EG_ABS(a0) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a1) + EG_ABS(a2) + EG_ABS(a3) + EG_ABS(a4) + EG_ABS(a5) + EG_ABS(a6))))
+        if (!(EG_ABS(a0) * unit[7] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a1) * unit[6] + EG_ABS(a2) * unit[8] + EG_ABS(a3) * unit[1] + EG_ABS(a4) * unit[2] + EG_ABS(a5) * unit[4] + EG_ABS(a6) * unit[0])))
             return 0;
         a0 = K(1.0) / a0;
         F[0] = a0;
@@ -406,7 +414,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a13 = a13 - a7 * F[5];
         a14 = a14 - a7 * F[6];
         F[7] = a7 * F[0];
-        if (!(EG_ABS(a8) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a9) + EG_ABS(a10) + EG_ABS(a11) + EG_ABS(a12) + EG_ABS(a13) + EG_ABS(a14))))
+        if (!(EG_ABS(a8) * unit[6] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a9) * unit[8] + EG_ABS(a10) * unit[1] + EG_ABS(a11) * unit[3] + EG_ABS(a12) * unit[2] + EG_ABS(a13) * unit[4] + EG_ABS(a14) * unit[0])))
             return 0;
         a8 = K(1.0) / a8;
         F[8] = a8;
@@ -441,7 +449,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a22 = a22 - a16 * F[13];
         a23 = a23 - a16 * F[14];
         F[16] = a16 * F[8];
-        if (!(EG_ABS(a17) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a18) + EG_ABS(a19) + EG_ABS(a20) + EG_ABS(a21) + EG_ABS(a22) + EG_ABS(a23))))
+        if (!(EG_ABS(a17) * unit[8] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a18) * unit[1] + EG_ABS(a19) * unit[3] + EG_ABS(a20) * unit[5] + EG_ABS(a21) * unit[2] + EG_ABS(a22) * unit[4] + EG_ABS(a23) * unit[0])))
             return 0;
         a17 = K(1.0) / a17;
         F[17] = a17;
@@ -475,7 +483,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a30 = a30 - a25 * F[22];
         a31 = a31 - a25 * F[23];
         F[25] = a25 * F[17];
-        if (!(EG_ABS(a26) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a27) + EG_ABS(a28) + EG_ABS(a29) + EG_ABS(a30) + EG_ABS(a31))))
+        if (!(EG_ABS(a26) * unit[1] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a27) * unit[3] + EG_ABS(a28) * unit[5] + EG_ABS(a29) * unit[2] + EG_ABS(a30) * unit[4] + EG_ABS(a31) * unit[0])))
             return 0;
         a26 = K(1.0) / a26;
         F[26] = a26;
@@ -522,7 +530,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a39 = a39 - a35 * F[30];
         a40 = a40 - a35 * F[31];
         F[35] = a35 * F[26];
-        if (!(EG_ABS(a36) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a37) + EG_ABS(a38) + EG_ABS(a39) + EG_ABS(a40))))
+        if (!(EG_ABS(a36) * unit[3] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a37) * unit[5] + EG_ABS(a38) * unit[2] + EG_ABS(a39) * unit[4] + EG_ABS(a40) * unit[0])))
             return 0;
         a36 = K(1.0) / a36;
         F[36] = a36;
@@ -573,7 +581,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a48 = a48 - a45 * F[39];
         a49 = a49 - a45 * F[40];
         F[45] = a45 * F[36];
-        if (!(EG_ABS(a46) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a47) + EG_ABS(a48) + EG_ABS(a49))))
+        if (!(EG_ABS(a46) * unit[5] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a47) * unit[2] + EG_ABS(a48) * unit[4] + EG_ABS(a49) * unit[0])))
             return 0;
         a46 = K(1.0) / a46;
         F[46] = a46;
@@ -606,7 +614,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a57 = a57 - a52 * F[48];
         a58 = a58 - a52 * F[49];
         F[52] = a52 * F[46];
-        if (!(EG_ABS(a53) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a54) + EG_ABS(a55) + EG_ABS(a56) + EG_ABS(a57) + EG_ABS(a58))))
+        if (!(EG_ABS(a53) * unit[9] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a54) * unit[10] + EG_ABS(a55) * unit[11] + EG_ABS(a56) * unit[2] + EG_ABS(a57) * unit[4] + EG_ABS(a58) * unit[0])))
             return 0;
         a53 = K(1.0) / a53;
         F[53] = a53;
@@ -647,7 +655,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a66 = a66 - a62 * F[57];
         a67 = a67 - a62 * F[58];
         F[62] = a62 * F[53];
-        if (!(EG_ABS(a63) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a64) + EG_ABS(a65) + EG_ABS(a66) + EG_ABS(a67))))
+        if (!(EG_ABS(a63) * unit[10] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a64) * unit[11] + EG_ABS(a65) * unit[2] + EG_ABS(a66) * unit[4] + EG_ABS(a67) * unit[0])))
             return 0;
         a63 = K(1.0) / a63;
         F[63] = a63;
@@ -692,7 +700,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a75 = a75 - a72 * F[66];
         a76 = a76 - a72 * F[67];
         F[72] = a72 * F[63];
-        if (!(EG_ABS(a73) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a74) + EG_ABS(a75) + EG_ABS(a76))))
+        if (!(EG_ABS(a73) * unit[11] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a74) * unit[2] + EG_ABS(a75) * unit[4] + EG_ABS(a76) * unit[0])))
             return 0;
         a73 = K(1.0) / a73;
         F[73] = a73;
@@ -740,7 +748,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a84 = a84 - a82 * F[75];
         a85 = a85 - a82 * F[76];
         F[82] = a82 * F[73];
-        if (!(EG_ABS(a83) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a84) + EG_ABS(a85))))
+        if (!(EG_ABS(a83) * unit[2] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a84) * unit[4] + EG_ABS(a85) * unit[0])))
             return 0;
         a83 = K(1.0) / a83;
         F[83] = a83;
@@ -790,7 +798,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a93 = a93 - a92 * F[84];
         a94 = a94 - a92 * F[85];
         F[92] = a92 * F[83];
-        if (!(EG_ABS(a93) > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a94))))
+        if (!(EG_ABS(a93) * unit[4] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a94) * unit[0])))
             return 0;
         a93 = K(1.0) / a93;
         F[93] = a93;
@@ -846,6 +854,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
         a103 = K(1.0) / a103;
         F[103] = a103;
     }
+    (void)unit;
     return 1;
 }
 
@@ -853,10 +862,10 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, real *restrict F)
 static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
 {
     work->whole = 0;
-    if (heavy_top_r3xso3_eliminate(work->entries, work->factors))
+    if (heavy_top_r3xso3_eliminate(work->entries, work->unit, work->factors))
         return 1;
     work->whole = 1;
-    heavy_top_r3xso3_spread(work->entries, work->matrix);
+    heavy_top_r3xso3_spread(work->entries, work->unit, work->matrix);
     return heavy_top_r3xso3_factor(work->matrix, work->pivot);
 }
 
@@ -962,6 +971,20 @@ static real heavy_top_r3xso3_size_of_correction(const heavy_top_r3xso3_workspace
     return sum;
 }
 
+/* Add a part of a correction to the unknowns, and its effect to v, vdot and lam. */
+static void heavy_top_r3xso3_add(const heavy_top_r3xso3_scale *scale, const real *correction, real part, heavy_top_r3xso3_workspace *work)
+{
+    int i;
+    for (i = 0; i < 12; ++i)
+        work->unknown[i] = work->unknown[i] + part * correction[i];
+    for (i = 0; i < 6; ++i) {
+        work->v[i] = work->v[i] + scale->v * (part * correction[i]);
+        work->vdot[i] = work->vdot[i] + scale->vdot * (part * correction[i]);
+    }
+    for (i = 0; i < 3; ++i)
+        work->lam[i] = scale->lam * work->unknown[6 + i];
+}
+
 /* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
 static real heavy_top_r3xso3_correct(const heavy_top_r3xso3_scale *scale, heavy_top_r3xso3_workspace *work)
 {
@@ -975,17 +998,12 @@ static real heavy_top_r3xso3_correct(const heavy_top_r3xso3_scale *scale, heavy_
     for (i = 9; i < 12; ++i)
         work->right[i] = scale->w * work->right[i];
     {
-        memcpy(work->solution, work->right, sizeof work->solution);
+        const real *unit = work->unit;
+        for (i = 0; i < 12; ++i)
+            work->solution[i] = work->right[i] * heavy_top_r3xso3_ROW_UNIT(i);
         heavy_top_r3xso3_solve(work->matrix, work->pivot, work->solution);
     }
-    for (i = 0; i < 12; ++i)
-        work->unknown[i] = work->unknown[i] + work->solution[i];
-    for (i = 0; i < 6; ++i) {
-        work->v[i] = work->v[i] + scale->v * work->solution[i];
-        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
-    }
-    for (i = 0; i < 3; ++i)
-        work->lam[i] = scale->lam * work->unknown[6 + i];
+    heavy_top_r3xso3_add(scale, work->solution, K(1.0), work);
     return heavy_top_r3xso3_size_of_correction(work);
 }
 
@@ -994,6 +1012,93 @@ static void heavy_top_r3xso3_partial_numbers(const heavy_top_r3xso3_parameters *
 {
     heavy_top_r3xso3_iteration(work->q, work->v, work->vdot, work->lam, work->numbers + 0, work->numbers + 27, work->numbers + 31, work->numbers + 37, work->numbers + 54);
     (void)p; (void)t; (void)work;
+}
+
+/* What the summands of each row of Phi add up to at work->q, and the largest of it as a distance by kinetic energy. */
+static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, real t, heavy_top_r3xso3_workspace *work)
+{
+    real extent[3];
+    int i;
+    heavy_top_r3xso3_constraint_size(work->q, work->size, extent);
+    work->reach = K(0.0);
+    for (i = 0; i < 3; ++i)
+        work->reach = heavy_top_r3xso3_larger(work->reach, work->size[i] * work->unit[6 + i]);
+    (void)p; (void)t; (void)extent;
+}
+
+/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of M and the rows of B at the state that is prepared in work. */
+static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t, const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
+{
+    static const int diagonal[6] = { 31, 32, 33, 34, 35, 36 };
+    static const int place[17][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 0, 3 }, { 0, 4 }, { 0, 5 }, { 1, 0 }, { 1, 2 }, { 1, 3 }, { 1, 4 }, { 1, 5 }, { 2, 0 }, { 2, 1 }, { 2, 2 }, { 2, 3 }, { 2, 4 }, { 2, 5 },  };
+    int i;
+    for (i = 0; i < 12; ++i)
+        work->unit[i] = work->per_unit[i] = K(1.0);
+    memset(work->rounding, 0, sizeof work->rounding);
+    work->fade = K(0.0);
+    work->trusted = 0;
+    work->blur = work->share = K(0.0);
+    work->measured = 1;
+    memset(work->vdot, 0, sizeof work->vdot);
+    memset(work->lam, 0, sizeof work->lam);
+    heavy_top_r3xso3_partial_numbers(p, t, work);
+    for (i = 0; i < 6; ++i) {
+        const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
+        if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(inverse_inertia[i] > K(0.0) ? inverse_inertia[i] : K(1.0) / inertia);
+        work->per_unit[i] = K(1.0) / work->unit[i];
+    }
+    for (i = 6; i < 9; ++i)
+        work->per_unit[i] = K(0.0);
+    for (i = 0; i < 17; ++i) {
+        const real lever = work->numbers[37 + i] * work->unit[place[i][1]];
+        work->per_unit[6 + place[i][0]] = work->per_unit[6 + place[i][0]] + lever * lever;
+    }
+    for (i = 6; i < 9; ++i) {
+        work->per_unit[i] = work->per_unit[i] > K(0.0) ? EG_SQRT(work->per_unit[i]) : K(1.0);
+        work->unit[i] = K(1.0) / work->per_unit[i];
+        if (i < 9) {
+            work->per_unit[3 + i] = work->per_unit[i];
+            work->unit[3 + i] = work->unit[i];
+        }
+    }
+    heavy_top_r3xso3_measure_rows(p, t, work);
+}
+
+/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one from the origin. */
+static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_workspace *work)
+{
+    static const int turns[6] = { 1, 1, 1, 0, 0, 0 };
+    static const int place[6] = { -1, -1, -1, 4, 5, 6 };
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i) {
+        const real square = work->per_unit[i] * work->per_unit[i];
+        if (turns[i])
+            sum = sum + square;
+        if (place[i] >= 0)
+            sum = sum + square * (q[place[i]] * q[place[i]]);
+    }
+    return EG_SQRT(sum);
+}
+
+/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 6; ++i)
+        sum = sum + (work->per_unit[i] * x[i]) * (work->per_unit[i] * x[i]);
+    return EG_SQRT(sum);
+}
+
+/* Weigh the columns of B at the start of a step by what eta moves positions by: 1/M_ii, so that no unit of length makes a difference. */
+static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
+{
+    static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
+    int i;
+    for (i = 0; i < 17; ++i)
+        work->jacobian[i] = work->jacobian[i] * (work->unit[column[i]] * work->unit[column[i]]);
 }
 
 /* Where constraint rows are among the equations of a step: w of every row at velocity level, and Phi of every holonomic one. */
@@ -1017,6 +1122,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_factor_inertia(const heavy_top_r
         work->tangents[i] = K(0.0);
     work->tangents[0] = work->tangents[4] = work->tangents[8] = K(1.0);
     memcpy(work->jacobian, work->numbers + 37, sizeof work->jacobian);
+    heavy_top_r3xso3_weigh_jacobian(work);
     heavy_top_r3xso3_assemble(&inertia, work->tangents, work->jacobian, work->numbers, work->entries);
     work->factored_step = K(0.0);
     if (!heavy_top_r3xso3_factorize(work))
@@ -1056,16 +1162,23 @@ static void heavy_top_r3xso3_violation(const heavy_top_r3xso3_parameters *p, rea
 static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
 {
     heavy_top_r3xso3_status status;
-    real position, velocity, speed = K(1.0);
-    int i, attempt;
+    real position, velocity;
+    int i;
+    real before = K(0.0);
+    int attempt;
     memset(work->vdot, 0, sizeof work->vdot);
     memset(work->lam, 0, sizeof work->lam);
     memcpy(work->v, state->v, sizeof work->v);
     memcpy(work->q, state->q, sizeof work->q);
     for (attempt = 0;; ++attempt) {
         heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
-        if (position <= K(1e4) * heavy_top_r3xso3_EPSILON)
+        heavy_top_r3xso3_measure_rows(p, state->t, work);
+        position = K(0.0); /* in units of what rounding does to each row */
+        for (i = 0; i < 3; ++i)
+            position = heavy_top_r3xso3_larger(position, EG_ABS(work->right[6 + i]) / (heavy_top_r3xso3_EPSILON * work->size[i] + heavy_top_r3xso3_NOTHING));
+        if (position <= K(1e3) || (position <= K(1e6) && attempt > 0 && position > K(0.5) * before))
             break;
+        before = position;
         if (attempt == 30 || !(position - position == K(0.0)))
             return HEAVY_TOP_R3XSO3_NOT_CONSISTENT;
         for (i = 0; i < 3; ++i)
@@ -1075,11 +1188,12 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
             return status;
         heavy_top_r3xso3_solve_rates(work->rate, work);
         heavy_top_r3xso3_update(state->q, work->solution, K(1.0), work->q);
-        memcpy(state->q, work->q, sizeof work->q);
+        memcpy(state->q, work->q, sizeof state->q);
     }
-    for (i = 0; i < 6; ++i)
-        speed = heavy_top_r3xso3_larger(speed, EG_ABS(state->v[i]));
-    if (velocity > K(1e4) * heavy_top_r3xso3_EPSILON * speed) {
+    velocity = K(0.0);
+    for (i = 0; i < 3; ++i)
+        velocity = heavy_top_r3xso3_larger(velocity, EG_ABS(work->unit[6 + i] * work->rate[i]));
+    if (velocity > K(1e4) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_size(state->v, work)) {
         for (i = 0; i < 3; ++i)
             work->rate[i] = -work->rate[i];
         status = heavy_top_r3xso3_factor_inertia(p, state->t, work);
@@ -1235,6 +1349,23 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
+/* Measure the unknowns at a state, where that has not been done. */
+static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state, const real *first, const real *last, heavy_top_r3xso3_workspace *work)
+{
+    heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
+    int i;
+    if (work->measured)
+        return HEAVY_TOP_R3XSO3_OK;
+    status = heavy_top_r3xso3_prepare(p, state->t, first, last, K(0.0), work);
+    memcpy(work->q, state->q, sizeof work->q);
+    memcpy(work->v, state->v, sizeof work->v);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        heavy_top_r3xso3_measure(p, state->t, state->inverse_inertia, work);
+    for (i = 0; i < 6; ++i)
+        state->inverse_inertia[i] = work->unit[i] * work->unit[i];
+    return status;
+}
+
 /* What a step begins with beside q and v, which are brought onto the constraints first: accelerations, multipliers, with the parameters and inputs of the step. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const real *u_table)
@@ -1243,7 +1374,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_par
     heavy_top_r3xso3_state next = *state;
     heavy_top_r3xso3_status status;
     next.step = settings->step;
-    status = heavy_top_r3xso3_prepare(p, next.t, u_table, last, K(0.0), work);
+    status = heavy_top_r3xso3_know_units(p, &next, u_table, last, work);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        status = heavy_top_r3xso3_prepare(p, next.t, u_table, last, K(0.0), work);
     if (status == HEAVY_TOP_R3XSO3_OK)
         status = heavy_top_r3xso3_project(p, &next, work);
     if (status == HEAVY_TOP_R3XSO3_OK)
@@ -1274,6 +1407,8 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
+    memset(start.inverse_inertia, 0, sizeof start.inverse_inertia);
+    work->measured = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = heavy_top_r3xso3_renew(p, settings, &start, work, u_table);
@@ -1302,7 +1437,7 @@ static int heavy_top_r3xso3_iteration_matrix(const heavy_top_r3xso3_parameters *
     return heavy_top_r3xso3_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
 static void heavy_top_r3xso3_move(const heavy_top_r3xso3_state *from, real step, heavy_top_r3xso3_workspace *work)
 {
     work->increment[0] = work->unknown[0] - work->jacobian[0] * work->unknown[9] - work->jacobian[6] * work->unknown[10] - work->jacobian[11] * work->unknown[11];
@@ -1329,39 +1464,55 @@ static int heavy_top_r3xso3_turns_too_far(real step, const heavy_top_r3xso3_work
 /* What forming and factoring the matrix costs, in iterations. */
 #define heavy_top_r3xso3_FACTORS_COST K(2.0235571260306244)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
- * changes the mean velocity by, mostly of q, which constraints divide by the step; no demand is below it. */
-static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, real per_step, heavy_top_r3xso3_workspace *work)
+/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough. Tolerances are relative to each
+ * unknown's own size and to the size of the motion: of velocities, what the kinetic energy of the step, and of what it changes, gives each if they share it; of
+ * step lam, all of these impulses together; of eta, what it does to velocities. No demand is below what rounding was seen to do. */
+static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_state *from, real step, heavy_top_r3xso3_workspace *work)
 {
-    real magnitude = K(0.0), inertia = K(0.0), speed = K(0.0);
+    const real least = settings->atol + K(4.0) * heavy_top_r3xso3_EPSILON;
+    real energy = K(0.0), changed = K(0.0), impulse;
     int i;
-    for (i = 0; i < 7; ++i)
-        magnitude = heavy_top_r3xso3_larger(magnitude, per_step * EG_ABS(work->q[i]));
+    for (i = 0; i < 6; ++i) {
+        const real moves = work->per_unit[i] * work->unknown[i], more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
+        energy = energy + moves * moves + more * more;
+        changed = changed + more * more;
+    }
+    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* as if all had the same part of it */
+    work->slip = K(2.0) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_larger(heavy_top_r3xso3_extent(work->q, work), work->reach) / step;
     for (i = 0; i < 6; ++i)
-        speed = heavy_top_r3xso3_larger(speed, EG_ABS(work->unknown[i]));
-    magnitude = heavy_top_r3xso3_larger(magnitude, speed);
-    work->slack = K(0.5) * settings->atol + (K(5e-4) * settings->rtol + K(16.0) * heavy_top_r3xso3_EPSILON) * speed; /* of w */
-    work->round_off = K(2.0) * heavy_top_r3xso3_EPSILON * magnitude;
-    for (i = 0; i < 12; ++i)
-        work->per_tolerance[i] = settings->atol + work->round_off;
-    /* what the rounding of E asks of step lam, through step M vdot and vdot = b E/step */
-    for (i = 31; i < 37; ++i)
-        inertia = heavy_top_r3xso3_larger(inertia, EG_ABS(work->numbers[i]));
-    magnitude = c->b * inertia * magnitude;
+        work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
+    impulse = changed;
     for (i = 6; i < 9; ++i)
-        magnitude = heavy_top_r3xso3_larger(magnitude, EG_ABS(work->unknown[i]));
+        impulse = impulse + (work->per_unit[i] * work->unknown[i]) * (work->per_unit[i] * work->unknown[i]);
+    impulse = EG_SQRT(impulse);
+    work->share = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->fade * work->blur) / (impulse + heavy_top_r3xso3_NOTHING);
+    impulse = (least + settings->rtol) * impulse + c->b * (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]);
     for (i = 6; i < 9; ++i)
-        work->per_tolerance[i] = settings->atol + K(8.0) * heavy_top_r3xso3_EPSILON * magnitude;
+        work->per_tolerance[i] = impulse * work->unit[i];
+    for (i = 9; i < 12; ++i)
+        work->per_tolerance[i] = ((least + K(0.03) * settings->rtol) * work->speed[0] + work->slip) * work->unit[i];
+    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
     for (i = 0; i < 12; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_NOTHING);
+    work->slack = (K(0.02) * settings->atol + K(1e-4) * settings->rtol + K(16.0) * heavy_top_r3xso3_EPSILON) * work->speed[0];
+    work->trusted = from->known < 3 ? 1 : 4;
+    work->trusted_step = step;
 }
 
-/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
-static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_workspace *work)
+/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
+ * where all of them are prescribed, multipliers and eta would be free to grow. */
+static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_workspace *work)
 {
     int i;
+    const real slip = K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->slip;
     for (i = 0; i < 6; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]) * work->unit[i])))
+            return 0;
+    for (i = 6; i < 9; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + c->b * slip * work->unit[i] + K(8.0) * heavy_top_r3xso3_EPSILON * EG_ABS(work->unknown[i]))))
+            return 0;
+    for (i = 9; i < 12; ++i)
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + slip * work->unit[i])))
             return 0;
     return 1;
 }
@@ -1378,9 +1529,9 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
         heavy_top_r3xso3_move(from, step, work);
         heavy_top_r3xso3_constraint_velocity(work->q, work->v, work->rate);
         for (i = 0; i < 3; ++i)
-            violation = heavy_top_r3xso3_larger(violation, EG_ABS(work->rate[i]));
-        if (!(violation > work->slack) || (attempt > 0 && violation > K(0.3) * before))
-            return attempt == 0 || violation <= before;
+            violation = heavy_top_r3xso3_larger(violation, EG_ABS(work->unit[6 + i] * work->rate[i]));
+        if (!(violation > work->slack) || (attempt > 0 && violation > K(0.3) * before)) /* there, or down to rounding */
+            return attempt == 0 || violation <= K(4.0) * before;
         if (attempt == 2)
             return 0;
         before = violation;
@@ -1391,8 +1542,75 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
     }
 }
 
+/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
+static real heavy_top_r3xso3_missed(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *missed, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
+{
+    int i;
+    (void)p; (void)t;
+    heavy_top_r3xso3_add(scale, moved, part, work);
+    heavy_top_r3xso3_move(from, step, work);
+    heavy_top_r3xso3_equations(work->q, work->v, work->vdot, work->lam, work->right, work->right + 6, work->right + 9);
+    ++statistics->evaluations;
+    
+    heavy_top_r3xso3_correct(scale, work);
+    ++statistics->newton_iterations;
+    heavy_top_r3xso3_add(scale, moved, -part, work);
+    heavy_top_r3xso3_add(scale, work->solution, K(-1.0), work);
+    for (i = 0; i < 12; ++i)
+        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+    return EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
+}
+
+/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
+ * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from,
+    real t, real step, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
+{
+    real correction[12], moved[12], near[12], far[12];
+    real size, size_near, size_far, largest = K(0.0);
+    int i;
+    heavy_top_r3xso3_move(from, step, work);
+    heavy_top_r3xso3_equations(work->q, work->v, work->vdot, work->lam, work->right, work->right + 6, work->right + 9);
+    ++statistics->evaluations;
+    if (!heavy_top_r3xso3_finite(work->right, 6) || !heavy_top_r3xso3_iteration_matrix(p, c, t, step, work))
+        return 0;
+    ++statistics->factorizations;
+    work->factored_step = step;
+    
+    heavy_top_r3xso3_correct(scale, work);
+    ++statistics->newton_iterations;
+    memcpy(correction, work->solution, sizeof correction);
+    heavy_top_r3xso3_add(scale, correction, K(-1.0), work);
+    memcpy(moved, correction, sizeof moved);
+    for (i = 0; i < 12; ++i)
+        largest = heavy_top_r3xso3_larger(largest, EG_ABS(work->per_tolerance[i] * correction[i]));
+    for (i = 9; i < 12; ++i) /* known well, they stay: what is little to eta may be much to velocities */
+        if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
+            moved[i] = work->solution[i] = K(0.0);
+    size = EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
+    if (!(step * heavy_top_r3xso3_size(correction, work) <= K(64.0) * EG_SQRT(heavy_top_r3xso3_EPSILON) * heavy_top_r3xso3_extent(work->q, work)))
+        return 0;
+    size_near = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR, near, work, statistics);
+    size_far = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far, work, statistics);
+    heavy_top_r3xso3_add(scale, correction, K(1.0), work);
+    if (!(size_near >= K(0.125) * heavy_top_r3xso3_NEAR * size && size_far <= K(0.125) * heavy_top_r3xso3_FAR * size))
+        return 0;
+    for (i = 0; i < 12; ++i) {
+        const real most = heavy_top_r3xso3_larger(EG_ABS(correction[i]), heavy_top_r3xso3_larger(EG_ABS(near[i]), EG_ABS(far[i])));
+        work->rounding[i] = heavy_top_r3xso3_larger(work->fade * work->rounding[i], K(2.0) * most);
+    }
+    work->fade = K(1.0);
+    work->trusted = 0;
+    work->blur = K(0.0);
+    for (i = 6; i < 9; ++i)
+        work->blur = heavy_top_r3xso3_larger(work->blur, work->rounding[i] * work->per_unit[i]);
+    return 1;
+}
+
 /* Newton's iteration for one (sub-)step that starts at `from`; inputs and base at t have been prepared. The result stays in work.
- *   unknowns       E, step lam, eta: D = E - B_n^T eta, q = q_n o exp(step D)
+ *   unknowns       E, step lam, eta: D = E - W B_n^T eta, q = q_n o exp(step D)
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0,  Phi(q, t)/step = 0,  w(q, v, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
@@ -1406,7 +1624,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, fresh = 0;
+    int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > heavy_top_r3xso3_FACTORS_COST + work->excess;
     scale.r = -step;
@@ -1460,54 +1678,60 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
             fresh = 1;
             since = 0;
         }
+        
         error = heavy_top_r3xso3_correct(&scale, work);
-        if (iteration == 0) {
-            heavy_top_r3xso3_tolerances(settings, c, per_step, work);
+        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+            heavy_top_r3xso3_tolerances(settings, c, from, step, work);
             error = heavy_top_r3xso3_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.08333333333333333));
-        if (!(error - error == K(0.0)))
+        if (!(error == error))
             return HEAVY_TOP_R3XSO3_NOT_FINITE;
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if ((error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
-            || (since >= 2 && rate > K(0.3) && heavy_top_r3xso3_only_rounding(work))) && heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work)) {
+        settled = (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && heavy_top_r3xso3_only_rounding(c, work))) && heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work);
+        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
+            ++asked;
+            settled = heavy_top_r3xso3_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+            if (settled)
+                heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work);
+        }
+        if (settled) {
             if (fresh) {
-                work->usual = since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                const real wasted = (real)(iteration + 1 - since);
                 if (work->pause > 0)
                     --work->pause;
-            } else {
-                ++work->borrowed;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
-                if (work->last_excess <= heavy_top_r3xso3_FACTORS_COST)
-                    work->streak = 0;
-                else if (work->borrowed == 1) { /* not even the next step can use them */
-                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
+                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + heavy_top_r3xso3_FACTORS_COST);
+                    work->streak = work->spent + wasted + heavy_top_r3xso3_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
                     work->pause = work->streak;
                 }
+                work->usual = since;
+                work->spent = (real)since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+            } else {
+                ++work->borrowed;
+                work->spent = work->spent + (real)since;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
             }
             for (i = 9; i < 12; ++i)
                 statistics->max_eta = heavy_top_r3xso3_larger(statistics->max_eta, EG_ABS(x[i]));
             statistics->max_residual = heavy_top_r3xso3_larger(statistics->max_residual, largest);
+            --work->trusted;
             if (heavy_top_r3xso3_turns_too_far(step, work))
                 return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
             return heavy_top_r3xso3_finite(work->q, 7) && heavy_top_r3xso3_finite(work->v, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return HEAVY_TOP_R3XSO3_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
-            if (!fresh && work->borrowed == 0) {
-                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
-                work->pause = work->streak;
-            }
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
             factor = 1;
-        }
         previous = error;
     }
     return HEAVY_TOP_R3XSO3_NOT_CONVERGED;
@@ -1516,12 +1740,13 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
 /* The state at the end of the step that is in work. */
 static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real t, heavy_top_r3xso3_state *state, const heavy_top_r3xso3_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
     int i;
     for (i = 0; i < 6; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
-        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[6 + i]);
+        const real unit = work->per_unit[i];
+        const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[6 + i]);
         missed[0] = missed[0] + first * first;
         missed[1] = missed[1] + second * second;
         missed[2] = missed[2] + third * third;
@@ -1557,6 +1782,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_
     for (part = 1; part <= parts && status == HEAVY_TOP_R3XSO3_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         heavy_top_r3xso3_jacobian_values(state->q, work->jacobian);
+        heavy_top_r3xso3_weigh_jacobian(work);
         status = heavy_top_r3xso3_prepare(p, t, first, last, (real)part / (real)parts, work);
         if (status == HEAVY_TOP_R3XSO3_OK)
             status = heavy_top_r3xso3_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
@@ -1584,6 +1810,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = heavy_top_r3xso3_coefficients_of(settings->rho_inf);
+    status = heavy_top_r3xso3_know_units(p, state, u_table, last, work);
+    if (status != HEAVY_TOP_R3XSO3_OK)
+        return status;
     status = heavy_top_r3xso3_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
     if (status != HEAVY_TOP_R3XSO3_OK && status != HEAVY_TOP_R3XSO3_BAD_ARGUMENT && status != HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE)
         status = heavy_top_r3xso3_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
@@ -1615,6 +1844,7 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity, velocity);
+    state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding, work->share < K(1.0) ? work->share : K(1.0));
 }
 
 /* Largest by smallest pivot of the last factors: a cheap sign of ill conditioning. */
@@ -1640,29 +1870,32 @@ heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters 
     return heavy_top_r3xso3_take_step(p, settings, state, work, u_table);
 }
 
+/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state, const real *inputs, heavy_top_r3xso3_workspace *work, real *row)
+{
+    row[0] = state->t;
+    memcpy(row + 1, state->q, sizeof state->q);
+    memcpy(row + 8, state->v, sizeof state->v);
+    memcpy(row + 14, state->vdot, sizeof state->vdot);
+    memcpy(row + 20, state->lam, sizeof state->lam);
+    (void)p; (void)inputs; (void)work;
+}
+
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
     long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     long k, rows = 0;
-    int i;
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     if (!heavy_top_r3xso3_settings_are_good(settings) || state->t + settings->step == state->t)
         status = HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == HEAVY_TOP_R3XSO3_OK)
+        heavy_top_r3xso3_write_row(p, state, u_table, work, record + 23 * rows++);
     for (k = 0; k < steps && status == HEAVY_TOP_R3XSO3_OK; ++k) {
         status = heavy_top_r3xso3_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != HEAVY_TOP_R3XSO3_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            real *row = record + rows * 23;
-            row[0] = state->t;
-            for (i = 0; i < 7; ++i)
-                row[1 + i] = state->q[i];
-            for (i = 0; i < 6; ++i) {
-                row[8 + i] = state->v[i];
-                row[14 + i] = state->vdot[i];
-            }
-            for (i = 0; i < 3; ++i)
-                row[20 + i] = state->lam[i];
+            heavy_top_r3xso3_write_row(p, state, NULL, work, record + rows * 23);
             heavy_top_r3xso3_observe(p, state, work);
             ++rows;
         }

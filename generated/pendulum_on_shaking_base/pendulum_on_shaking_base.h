@@ -131,7 +131,8 @@ typedef enum pendulum_on_shaking_base_status {
 typedef struct pendulum_on_shaking_base_settings {
     eomgen_real step;           /* s, fixed */
     eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* on the Newton increment of the mean velocity over a step, weighted RMS */
+    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, weighted RMS:
+                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
     long max_iterations; /* per attempt */
     long max_halvings;   /* of a step that fails with a fresh matrix */
     long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
@@ -177,7 +178,13 @@ typedef struct pendulum_on_shaking_base_workspace {
     eomgen_real vdot[1];
     eomgen_real unknown[1];      /* E, step lam */
     eomgen_real increment[1];     /* the exponent is step * increment */
-    eomgen_real right[1], solution[1], per_tolerance[1], round_off;
+    eomgen_real right[1], solution[1], per_tolerance[1];
+    int measured;             /* unit and per_unit hold what they should */
+    int trusted;              /* steps for which tolerances still hold, of the size trusted_step */
+    eomgen_real trusted_step;
+    eomgen_real unit[1], per_unit[1]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real rounding[1], fade; /* what rounding was seen to change each unknown by, and how much of that still counts */
+    eomgen_real speed[1];            /* of the step, in these units */
     eomgen_real numbers[3];     /* of the partials, and their products with T */
     eomgen_real tangents[1];
     eomgen_real entries[1];     /* nonzeros of the iteration matrix */
@@ -191,6 +198,7 @@ typedef struct pendulum_on_shaking_base_workspace {
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
     long usual;               /* iterations of a step with factors of its own */
     long borrowed;            /* steps since then */
+    eomgen_real spent;        /* iterations of all these steps */
     eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
     long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
 } pendulum_on_shaking_base_workspace;
@@ -216,7 +224,9 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
     pendulum_on_shaking_base_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 4 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows. */
+ * 4 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 0 steps: the row of the state as it is.
+ */
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
     long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 

@@ -14,9 +14,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define pendulum_on_shaking_base_EPSILON K(1.1920929e-07)
+#define pendulum_on_shaking_base_NOTHING K(1e-37)
+#define pendulum_on_shaking_base_FAR K(64.0)
 #else
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
+#define pendulum_on_shaking_base_NOTHING K(1e-300) /* keeps quotients finite */
+#define pendulum_on_shaking_base_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
 #endif
+#define pendulum_on_shaking_base_NEAR K(0.015625)
 
 static real pendulum_on_shaking_base_larger(real x, real y) { return x > y ? x : y; }
 
@@ -129,8 +134,11 @@ static void pendulum_on_shaking_base_solve(const real *A, const int *pivot, real
     }
 }
 
-/* The whole matrix from its nonzeros. */
-static void pendulum_on_shaking_base_spread(const real *S, real *A)
+/* By what a row of the matrix is multiplied where rows are compared. */
+#define pendulum_on_shaking_base_ROW_UNIT(row) unit[(row) < 1 || (row) >= 1 ? (row) : (row) - 0]
+
+/* The whole matrix from its nonzeros, rows in units that can be compared. */
+static void pendulum_on_shaking_base_spread(const real *S, const real *unit, real *A)
 {
     static const int place[1] = {
 0, 
@@ -138,15 +146,15 @@ static void pendulum_on_shaking_base_spread(const real *S, real *A)
     int i;
     memset(A, 0, 1 * sizeof *A);
     for (i = 0; i < 1; ++i)
-        A[place[i]] = S[i];
+        A[place[i]] = S[i] * pendulum_on_shaking_base_ROW_UNIT(place[i] / 1);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of their unknowns. */
 #define pendulum_on_shaking_base_SMALLEST_PIVOT K(1e-12)
 
 /* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
  * pivot is too small. 0 multiply-subtracts. */
-static int pendulum_on_shaking_base_eliminate(const real *restrict S, real *restrict F)
+static int pendulum_on_shaking_base_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 0, column 0 */
         real a0 = S[0];
@@ -155,6 +163,7 @@ static int pendulum_on_shaking_base_eliminate(const real *restrict S, real *rest
         a0 = K(1.0) / a0;
         F[0] = a0;
     }
+    (void)unit;
     return 1;
 }
 
@@ -162,10 +171,10 @@ static int pendulum_on_shaking_base_eliminate(const real *restrict S, real *rest
 static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace *work)
 {
     work->whole = 0;
-    if (pendulum_on_shaking_base_eliminate(work->entries, work->factors))
+    if (pendulum_on_shaking_base_eliminate(work->entries, work->unit, work->factors))
         return 1;
     work->whole = 1;
-    pendulum_on_shaking_base_spread(work->entries, work->matrix);
+    pendulum_on_shaking_base_spread(work->entries, work->unit, work->matrix);
     return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
 }
 
@@ -203,6 +212,18 @@ static real pendulum_on_shaking_base_size_of_correction(const pendulum_on_shakin
     return sum;
 }
 
+/* Add a part of a correction to the unknowns, and its effect to v, vdot and lam. */
+static void pendulum_on_shaking_base_add(const pendulum_on_shaking_base_scale *scale, const real *correction, real part, pendulum_on_shaking_base_workspace *work)
+{
+    int i;
+    for (i = 0; i < 1; ++i)
+        work->unknown[i] = work->unknown[i] + part * correction[i];
+    for (i = 0; i < 1; ++i) {
+        work->v[i] = work->v[i] + scale->v * (part * correction[i]);
+        work->vdot[i] = work->vdot[i] + scale->vdot * (part * correction[i]);
+    }
+}
+
 /* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
 static real pendulum_on_shaking_base_correct(const pendulum_on_shaking_base_scale *scale, pendulum_on_shaking_base_workspace *work)
 {
@@ -212,15 +233,12 @@ static real pendulum_on_shaking_base_correct(const pendulum_on_shaking_base_scal
     for (i = 0; i < 1; ++i)
         work->right[i] = scale->r * work->right[i];
     {
-        memcpy(work->solution, work->right, sizeof work->solution);
+        const real *unit = work->unit;
+        for (i = 0; i < 1; ++i)
+            work->solution[i] = work->right[i] * pendulum_on_shaking_base_ROW_UNIT(i);
         pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->solution);
     }
-    for (i = 0; i < 1; ++i)
-        work->unknown[i] = work->unknown[i] + work->solution[i];
-    for (i = 0; i < 1; ++i) {
-        work->v[i] = work->v[i] + scale->v * work->solution[i];
-        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
-    }
+    pendulum_on_shaking_base_add(scale, work->solution, K(1.0), work);
     return pendulum_on_shaking_base_size_of_correction(work);
 }
 
@@ -229,6 +247,54 @@ static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_b
 {
     pendulum_on_shaking_base_partials(work->q, work->v, work->vdot, &work->base, work->numbers + 0, work->numbers + 1, work->numbers + 2);
     (void)p; (void)t; (void)work;
+}
+
+/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of M at the state that is prepared in work. */
+static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work)
+{
+    static const int diagonal[1] = { 2 };
+    int i;
+    for (i = 0; i < 1; ++i)
+        work->unit[i] = work->per_unit[i] = K(1.0);
+    memset(work->rounding, 0, sizeof work->rounding);
+    work->fade = K(0.0);
+    work->trusted = 0;
+    work->measured = 1;
+    memset(work->vdot, 0, sizeof work->vdot);
+    pendulum_on_shaking_base_partial_numbers(p, t, work);
+    for (i = 0; i < 1; ++i) {
+        const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
+        if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(K(1.0) / inertia);
+        work->per_unit[i] = K(1.0) / work->unit[i];
+    }
+}
+
+/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one from the origin. */
+static real pendulum_on_shaking_base_extent(const real *q, const pendulum_on_shaking_base_workspace *work)
+{
+    static const int turns[1] = { 1 };
+    static const int place[1] = { 0 };
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 1; ++i) {
+        const real square = work->per_unit[i] * work->per_unit[i];
+        if (turns[i])
+            sum = sum + square;
+        if (place[i] >= 0)
+            sum = sum + square * (q[place[i]] * q[place[i]]);
+    }
+    return EG_SQRT(sum);
+}
+
+/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+static real pendulum_on_shaking_base_size(const real *x, const pendulum_on_shaking_base_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 1; ++i)
+        sum = sum + (work->per_unit[i] * x[i]) * (work->per_unit[i] * x[i]);
+    return EG_SQRT(sum);
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
@@ -355,6 +421,20 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
     return pendulum_on_shaking_base_finite(state->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
+/* Measure the unknowns at a state, where that has not been done. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(const pendulum_on_shaking_base_parameters *p, pendulum_on_shaking_base_state *state, const real *first, const real *last, pendulum_on_shaking_base_workspace *work)
+{
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    if (work->measured)
+        return PENDULUM_ON_SHAKING_BASE_OK;
+    status = pendulum_on_shaking_base_prepare(p, state->t, first, last, K(0.0), work);
+    memcpy(work->q, state->q, sizeof work->q);
+    memcpy(work->v, state->v, sizeof work->v);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        pendulum_on_shaking_base_measure(p, state->t, work);
+    return status;
+}
+
 /* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
@@ -363,7 +443,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pend
     pendulum_on_shaking_base_state next = *state;
     pendulum_on_shaking_base_status status;
     next.step = settings->step;
-    status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    status = pendulum_on_shaking_base_know_units(p, &next, u_table, last, work);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     *state = next;
@@ -390,6 +472,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
+    work->measured = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = pendulum_on_shaking_base_renew(p, settings, &start, work, u_table);
@@ -413,7 +496,7 @@ static int pendulum_on_shaking_base_iteration_matrix(const pendulum_on_shaking_b
     return pendulum_on_shaking_base_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
 static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *from, real step, pendulum_on_shaking_base_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -431,30 +514,95 @@ static int pendulum_on_shaking_base_turns_too_far(real step, const pendulum_on_s
 /* What forming and factoring the matrix costs, in iterations. */
 #define pendulum_on_shaking_base_FACTORS_COST K(0.42857142857142855)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
- * changes the mean velocity by; no demand is below it. */
-static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c, real per_step, pendulum_on_shaking_base_workspace *work)
+/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough. Tolerances are relative to each
+ * unknown's own size and to the size of the motion: of velocities, what the kinetic energy of the step, and of what it changes, gives each if they share it. No demand is below what rounding was seen to do. */
+static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_state *from, real step, pendulum_on_shaking_base_workspace *work)
 {
-    real magnitude = K(0.0);
+    const real least = settings->atol + K(4.0) * pendulum_on_shaking_base_EPSILON;
+    real energy = K(0.0);
     int i;
+    for (i = 0; i < 1; ++i) {
+        const real moves = work->per_unit[i] * work->unknown[i], more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
+        energy = energy + moves * moves + more * more;
+    }
+    work->speed[0] = EG_SQRT(energy * K(1.0)); /* as if all had the same part of it */
+    for (i = 0; i < 1; ++i)
+        work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    (void)per_step;
+    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
     for (i = 0; i < 1; ++i)
-        magnitude = pendulum_on_shaking_base_larger(magnitude, EG_ABS(work->unknown[i]));
-    work->round_off = K(2.0) * pendulum_on_shaking_base_EPSILON * magnitude;
-    for (i = 0; i < 1; ++i)
-        work->per_tolerance[i] = settings->atol + work->round_off;
-    for (i = 0; i < 1; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + pendulum_on_shaking_base_NOTHING);
+    work->trusted = from->known < 3 ? 1 : 4;
+    work->trusted_step = step;
 }
 
-/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
+ * where all of them are prescribed, the others would be free to grow. */
 static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base_workspace *work)
 {
     int i;
     for (i = 0; i < 1; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * pendulum_on_shaking_base_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
+    return 1;
+}
+
+/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
+static real pendulum_on_shaking_base_missed(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *missed, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+{
+    int i;
+    (void)p; (void)t;
+    pendulum_on_shaking_base_add(scale, moved, part, work);
+    pendulum_on_shaking_base_move(from, step, work);
+    pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
+    ++statistics->evaluations;
+    
+    pendulum_on_shaking_base_correct(scale, work);
+    ++statistics->newton_iterations;
+    pendulum_on_shaking_base_add(scale, moved, -part, work);
+    pendulum_on_shaking_base_add(scale, work->solution, K(-1.0), work);
+    for (i = 0; i < 1; ++i)
+        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+    return EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
+}
+
+/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
+ * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from,
+    real t, real step, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+{
+    real correction[1], moved[1], near[1], far[1];
+    real size, size_near, size_far;
+    int i;
+    pendulum_on_shaking_base_move(from, step, work);
+    pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
+    ++statistics->evaluations;
+    if (!pendulum_on_shaking_base_finite(work->right, 1) || !pendulum_on_shaking_base_iteration_matrix(p, c, t, step, work))
+        return 0;
+    ++statistics->factorizations;
+    work->factored_step = step;
+    
+    pendulum_on_shaking_base_correct(scale, work);
+    ++statistics->newton_iterations;
+    memcpy(correction, work->solution, sizeof correction);
+    pendulum_on_shaking_base_add(scale, correction, K(-1.0), work);
+    memcpy(moved, correction, sizeof moved);
+    size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
+    if (!(step * pendulum_on_shaking_base_size(correction, work) <= K(64.0) * EG_SQRT(pendulum_on_shaking_base_EPSILON) * pendulum_on_shaking_base_extent(work->q, work)))
+        return 0;
+    size_near = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_NEAR, near, work, statistics);
+    size_far = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_FAR, far, work, statistics);
+    pendulum_on_shaking_base_add(scale, correction, K(1.0), work);
+    if (!(size_near >= K(0.125) * pendulum_on_shaking_base_NEAR * size && size_far <= K(0.125) * pendulum_on_shaking_base_FAR * size))
+        return 0;
+    for (i = 0; i < 1; ++i) {
+        const real most = pendulum_on_shaking_base_larger(EG_ABS(correction[i]), pendulum_on_shaking_base_larger(EG_ABS(near[i]), EG_ABS(far[i])));
+        work->rounding[i] = pendulum_on_shaking_base_larger(work->fade * work->rounding[i], K(2.0) * most);
+    }
+    work->fade = K(1.0);
+    work->trusted = 0;
     return 1;
 }
 
@@ -473,7 +621,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, fresh = 0;
+    int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > pendulum_on_shaking_base_FACTORS_COST + work->excess;
     scale.r = -step;
@@ -517,39 +665,48 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
             fresh = 1;
             since = 0;
         }
+        
         error = pendulum_on_shaking_base_correct(&scale, work);
-        if (iteration == 0) {
-            pendulum_on_shaking_base_tolerances(settings, c, per_step, work);
+        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+            pendulum_on_shaking_base_tolerances(settings, c, from, step, work);
             error = pendulum_on_shaking_base_size_of_correction(work);
         }
         error = EG_SQRT(error * K(1.0));
-        if (!(error - error == K(0.0)))
+        if (!(error == error))
             return PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
-            || (since >= 2 && rate > K(0.3) && pendulum_on_shaking_base_only_rounding(work))) {
+        settled = error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && pendulum_on_shaking_base_only_rounding(work));
+        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
+            ++asked;
+            settled = pendulum_on_shaking_base_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+        }
+        if (settled) {
             if (fresh) {
-                work->usual = since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                const real wasted = (real)(iteration + 1 - since);
                 if (work->pause > 0)
                     --work->pause;
-            } else {
-                ++work->borrowed;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
-                if (work->last_excess <= pendulum_on_shaking_base_FACTORS_COST)
-                    work->streak = 0;
-                else if (work->borrowed == 1) { /* not even the next step can use them */
-                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
+                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + pendulum_on_shaking_base_FACTORS_COST);
+                    work->streak = work->spent + wasted + pendulum_on_shaking_base_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
                     work->pause = work->streak;
                 }
+                work->usual = since;
+                work->spent = (real)since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+            } else {
+                ++work->borrowed;
+                work->spent = work->spent + (real)since;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
             }
             statistics->max_residual = pendulum_on_shaking_base_larger(statistics->max_residual, largest);
+            --work->trusted;
             if (pendulum_on_shaking_base_turns_too_far(step, work))
                 return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
             pendulum_on_shaking_base_move(from, step, work);
@@ -557,13 +714,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
-            if (!fresh && work->borrowed == 0) {
-                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
-                work->pause = work->streak;
-            }
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
             factor = 1;
-        }
         previous = error;
     }
     return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
@@ -572,12 +724,13 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
 /* The state at the end of the step that is in work. */
 static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coefficients *c, real t, pendulum_on_shaking_base_state *state, const pendulum_on_shaking_base_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
     int i;
     for (i = 0; i < 1; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
-        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[1 + i]);
+        const real unit = work->per_unit[i];
+        const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[1 + i]);
         missed[0] = missed[0] + first * first;
         missed[1] = missed[1] + second * second;
         missed[2] = missed[2] + third * third;
@@ -635,6 +788,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_take_step(const 
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = pendulum_on_shaking_base_coefficients_of(settings->rho_inf);
+    status = pendulum_on_shaking_base_know_units(p, state, u_table, last, work);
+    if (status != PENDULUM_ON_SHAKING_BASE_OK)
+        return status;
     status = pendulum_on_shaking_base_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
     if (status != PENDULUM_ON_SHAKING_BASE_OK && status != PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT && status != PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE)
         status = pendulum_on_shaking_base_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
@@ -663,27 +819,31 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
     return pendulum_on_shaking_base_take_step(p, settings, state, work, u_table);
 }
 
+/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_state *state, const real *inputs, pendulum_on_shaking_base_workspace *work, real *row)
+{
+    row[0] = state->t;
+    memcpy(row + 1, state->q, sizeof state->q);
+    memcpy(row + 2, state->v, sizeof state->v);
+    memcpy(row + 3, state->vdot, sizeof state->vdot);
+    (void)p; (void)inputs; (void)work;
+}
+
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
     long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     long k, rows = 0;
-    int i;
     pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
     if (!pendulum_on_shaking_base_settings_are_good(settings) || state->t + settings->step == state->t)
         status = PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == PENDULUM_ON_SHAKING_BASE_OK)
+        pendulum_on_shaking_base_write_row(p, state, u_table, work, record + 4 * rows++);
     for (k = 0; k < steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
         status = pendulum_on_shaking_base_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != PENDULUM_ON_SHAKING_BASE_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            real *row = record + rows * 4;
-            row[0] = state->t;
-            for (i = 0; i < 1; ++i)
-                row[1 + i] = state->q[i];
-            for (i = 0; i < 1; ++i) {
-                row[2 + i] = state->v[i];
-                row[3 + i] = state->vdot[i];
-            }
+            pendulum_on_shaking_base_write_row(p, state, NULL, work, record + rows * 4);
             ++rows;
         }
     }

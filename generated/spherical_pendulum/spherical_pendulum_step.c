@@ -14,9 +14,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define spherical_pendulum_EPSILON K(1.1920929e-07)
+#define spherical_pendulum_NOTHING K(1e-37)
+#define spherical_pendulum_FAR K(64.0)
 #else
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
+#define spherical_pendulum_NOTHING K(1e-300) /* keeps quotients finite */
+#define spherical_pendulum_FAR K(4096.0) /* away, in corrections, where rounding is looked for; and near: */
 #endif
+#define spherical_pendulum_NEAR K(0.015625)
 
 static real spherical_pendulum_larger(real x, real y) { return x > y ? x : y; }
 
@@ -218,8 +223,11 @@ static void spherical_pendulum_solve(const real *A, const int *pivot, real *x)
     }
 }
 
-/* The whole matrix from its nonzeros. */
-static void spherical_pendulum_spread(const real *S, real *A)
+/* By what a row of the matrix is multiplied where rows are compared. */
+#define spherical_pendulum_ROW_UNIT(row) unit[(row) < 3 || (row) >= 3 ? (row) : (row) - 0]
+
+/* The whole matrix from its nonzeros, rows in units that can be compared. */
+static void spherical_pendulum_spread(const real *S, const real *unit, real *A)
 {
     static const int place[7] = {
 8, 2, 0, 1, 5, 3, 4, 
@@ -227,15 +235,15 @@ static void spherical_pendulum_spread(const real *S, real *A)
     int i;
     memset(A, 0, 9 * sizeof *A);
     for (i = 0; i < 7; ++i)
-        A[place[i]] = S[i];
+        A[place[i]] = S[i] * spherical_pendulum_ROW_UNIT(place[i] / 3);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to cancellation. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of their unknowns. */
 #define spherical_pendulum_SMALLEST_PIVOT K(1e-12)
 
 /* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of ones; 0 when a
  * pivot is too small. 1 multiply-subtracts. */
-static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F)
+static int spherical_pendulum_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 2, column 2 */
         real a0 = S[0];
@@ -249,7 +257,7 @@ static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F
         real a2 = S[2];
         real a3 = S[3];
         F[1] = a1 * F[0];
-        if (!(EG_ABS(a2) > spherical_pendulum_SMALLEST_PIVOT * (EG_ABS(a3))))
+        if (!(EG_ABS(a2) * unit[0] > spherical_pendulum_SMALLEST_PIVOT * (EG_ABS(a3) * unit[1])))
             return 0;
         a2 = K(1.0) / a2;
         F[2] = a2;
@@ -267,6 +275,7 @@ static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F
         a6 = K(1.0) / a6;
         F[6] = a6;
     }
+    (void)unit;
     return 1;
 }
 
@@ -274,10 +283,10 @@ static int spherical_pendulum_eliminate(const real *restrict S, real *restrict F
 static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
 {
     work->whole = 0;
-    if (spherical_pendulum_eliminate(work->entries, work->factors))
+    if (spherical_pendulum_eliminate(work->entries, work->unit, work->factors))
         return 1;
     work->whole = 1;
-    spherical_pendulum_spread(work->entries, work->matrix);
+    spherical_pendulum_spread(work->entries, work->unit, work->matrix);
     return spherical_pendulum_factor(work->matrix, work->pivot);
 }
 
@@ -329,6 +338,18 @@ static real spherical_pendulum_size_of_correction(const spherical_pendulum_works
     return sum;
 }
 
+/* Add a part of a correction to the unknowns, and its effect to v, vdot and lam. */
+static void spherical_pendulum_add(const spherical_pendulum_scale *scale, const real *correction, real part, spherical_pendulum_workspace *work)
+{
+    int i;
+    for (i = 0; i < 3; ++i)
+        work->unknown[i] = work->unknown[i] + part * correction[i];
+    for (i = 0; i < 3; ++i) {
+        work->v[i] = work->v[i] + scale->v * (part * correction[i]);
+        work->vdot[i] = work->vdot[i] + scale->vdot * (part * correction[i]);
+    }
+}
+
 /* solution = S^-1 (scaled right), added to the unknowns, and its effect to v, vdot and lam; returns its size. */
 static real spherical_pendulum_correct(const spherical_pendulum_scale *scale, spherical_pendulum_workspace *work)
 {
@@ -338,15 +359,12 @@ static real spherical_pendulum_correct(const spherical_pendulum_scale *scale, sp
     for (i = 0; i < 3; ++i)
         work->right[i] = scale->r * work->right[i];
     {
-        memcpy(work->solution, work->right, sizeof work->solution);
+        const real *unit = work->unit;
+        for (i = 0; i < 3; ++i)
+            work->solution[i] = work->right[i] * spherical_pendulum_ROW_UNIT(i);
         spherical_pendulum_solve(work->matrix, work->pivot, work->solution);
     }
-    for (i = 0; i < 3; ++i)
-        work->unknown[i] = work->unknown[i] + work->solution[i];
-    for (i = 0; i < 3; ++i) {
-        work->v[i] = work->v[i] + scale->v * work->solution[i];
-        work->vdot[i] = work->vdot[i] + scale->vdot * work->solution[i];
-    }
+    spherical_pendulum_add(scale, work->solution, K(1.0), work);
     return spherical_pendulum_size_of_correction(work);
 }
 
@@ -355,6 +373,54 @@ static void spherical_pendulum_partial_numbers(const spherical_pendulum_paramete
 {
     spherical_pendulum_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 9, work->numbers + 18);
     (void)p; (void)t; (void)work;
+}
+
+/* Of each unknown, what a kinetic energy of 1/2 makes of it alone, by the diagonal of M at the state that is prepared in work. */
+static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, real t, spherical_pendulum_workspace *work)
+{
+    static const int diagonal[3] = { 18, 22, 26 };
+    int i;
+    for (i = 0; i < 3; ++i)
+        work->unit[i] = work->per_unit[i] = K(1.0);
+    memset(work->rounding, 0, sizeof work->rounding);
+    work->fade = K(0.0);
+    work->trusted = 0;
+    work->measured = 1;
+    memset(work->vdot, 0, sizeof work->vdot);
+    spherical_pendulum_partial_numbers(p, t, work);
+    for (i = 0; i < 3; ++i) {
+        const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
+        if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(K(1.0) / inertia);
+        work->per_unit[i] = K(1.0) / work->unit[i];
+    }
+}
+
+/* Size of a configuration in the same units: what changes of it are small against. A radian is large; a length is one from the origin. */
+static real spherical_pendulum_extent(const real *q, const spherical_pendulum_workspace *work)
+{
+    static const int turns[3] = { 1, 1, 1 };
+    static const int place[3] = { -1, -1, -1 };
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const real square = work->per_unit[i] * work->per_unit[i];
+        if (turns[i])
+            sum = sum + square;
+        if (place[i] >= 0)
+            sum = sum + square * (q[place[i]] * q[place[i]]);
+    }
+    return EG_SQRT(sum);
+}
+
+/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+static real spherical_pendulum_size(const real *x, const spherical_pendulum_workspace *work)
+{
+    real sum = K(0.0);
+    int i;
+    for (i = 0; i < 3; ++i)
+        sum = sum + (work->per_unit[i] * x[i]) * (work->per_unit[i] * x[i]);
+    return EG_SQRT(sum);
 }
 
 /* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
@@ -481,6 +547,20 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
+/* Measure the unknowns at a state, where that has not been done. */
+static spherical_pendulum_status spherical_pendulum_know_units(const spherical_pendulum_parameters *p, spherical_pendulum_state *state, const real *first, const real *last, spherical_pendulum_workspace *work)
+{
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    if (work->measured)
+        return SPHERICAL_PENDULUM_OK;
+    status = spherical_pendulum_prepare(p, state->t, first, last, K(0.0), work);
+    memcpy(work->q, state->q, sizeof work->q);
+    memcpy(work->v, state->v, sizeof work->v);
+    if (status == SPHERICAL_PENDULUM_OK)
+        spherical_pendulum_measure(p, state->t, work);
+    return status;
+}
+
 /* What a step begins with beside q and v: accelerations, with the parameters and inputs of the step. */
 static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const real *u_table)
@@ -489,7 +569,9 @@ static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendul
     spherical_pendulum_state next = *state;
     spherical_pendulum_status status;
     next.step = settings->step;
-    status = spherical_pendulum_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
+    status = spherical_pendulum_know_units(p, &next, u_table, last, work);
+    if (status == SPHERICAL_PENDULUM_OK)
+        status = spherical_pendulum_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0), K(1.0), work);
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     *state = next;
@@ -516,6 +598,7 @@ spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
+    work->measured = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = spherical_pendulum_renew(p, settings, &start, work, u_table);
@@ -544,7 +627,7 @@ static int spherical_pendulum_iteration_matrix(const spherical_pendulum_paramete
     return spherical_pendulum_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - B_n^T eta. */
+/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
 static void spherical_pendulum_move(const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -568,30 +651,95 @@ static int spherical_pendulum_turns_too_far(real step, const spherical_pendulum_
 /* What forming and factoring the matrix costs, in iterations. */
 #define spherical_pendulum_FACTORS_COST K(0.7014925373134329)
 
-/* What the increments of the unknowns are measured by: a weighted RMS of 1 is small enough. work->round_off is what rounding alone
- * changes the mean velocity by; no demand is below it. */
-static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c, real per_step, spherical_pendulum_workspace *work)
+/* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough. Tolerances are relative to each
+ * unknown's own size and to the size of the motion: of velocities, what the kinetic energy of the step, and of what it changes, gives each if they share it. No demand is below what rounding was seen to do. */
+static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c, const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
 {
-    real magnitude = K(0.0);
+    const real least = settings->atol + K(4.0) * spherical_pendulum_EPSILON;
+    real energy = K(0.0);
     int i;
+    for (i = 0; i < 3; ++i) {
+        const real moves = work->per_unit[i] * work->unknown[i], more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
+        energy = energy + moves * moves + more * more;
+    }
+    work->speed[0] = EG_SQRT(energy * K(0.3333333333333333)); /* as if all had the same part of it */
+    for (i = 0; i < 3; ++i)
+        work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    (void)per_step;
+    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
     for (i = 0; i < 3; ++i)
-        magnitude = spherical_pendulum_larger(magnitude, EG_ABS(work->unknown[i]));
-    work->round_off = K(2.0) * spherical_pendulum_EPSILON * magnitude;
-    for (i = 0; i < 3; ++i)
-        work->per_tolerance[i] = settings->atol + work->round_off;
-    for (i = 0; i < 3; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + settings->rtol * EG_ABS(work->unknown[i]));
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + spherical_pendulum_NOTHING);
+    work->trusted = from->known < 3 ? 1 : 4;
+    work->trusted_step = step;
 }
 
-/* 1 when the increment of the mean velocity is rounding and nothing else: iterations that do not contract any more are done then. */
+/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
+ * where all of them are prescribed, the others would be free to grow. */
 static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *work)
 {
     int i;
     for (i = 0; i < 3; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * work->round_off))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * spherical_pendulum_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
+    return 1;
+}
+
+/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
+static real spherical_pendulum_missed(const spherical_pendulum_parameters *p, const spherical_pendulum_scale *scale, const spherical_pendulum_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *missed, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+{
+    int i;
+    (void)p; (void)t;
+    spherical_pendulum_add(scale, moved, part, work);
+    spherical_pendulum_move(from, step, work);
+    spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
+    ++statistics->evaluations;
+    
+    spherical_pendulum_correct(scale, work);
+    ++statistics->newton_iterations;
+    spherical_pendulum_add(scale, moved, -part, work);
+    spherical_pendulum_add(scale, work->solution, K(-1.0), work);
+    for (i = 0; i < 3; ++i)
+        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+    return EG_SQRT(spherical_pendulum_size_of_correction(work));
+}
+
+/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
+ * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters *p, const spherical_pendulum_coefficients *c, const spherical_pendulum_scale *scale, const spherical_pendulum_state *from,
+    real t, real step, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+{
+    real correction[3], moved[3], near[3], far[3];
+    real size, size_near, size_far;
+    int i;
+    spherical_pendulum_move(from, step, work);
+    spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
+    ++statistics->evaluations;
+    if (!spherical_pendulum_finite(work->right, 3) || !spherical_pendulum_iteration_matrix(p, c, t, step, work))
+        return 0;
+    ++statistics->factorizations;
+    work->factored_step = step;
+    
+    spherical_pendulum_correct(scale, work);
+    ++statistics->newton_iterations;
+    memcpy(correction, work->solution, sizeof correction);
+    spherical_pendulum_add(scale, correction, K(-1.0), work);
+    memcpy(moved, correction, sizeof moved);
+    size = EG_SQRT(spherical_pendulum_size_of_correction(work));
+    if (!(step * spherical_pendulum_size(correction, work) <= K(64.0) * EG_SQRT(spherical_pendulum_EPSILON) * spherical_pendulum_extent(work->q, work)))
+        return 0;
+    size_near = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_NEAR, near, work, statistics);
+    size_far = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_FAR, far, work, statistics);
+    spherical_pendulum_add(scale, correction, K(1.0), work);
+    if (!(size_near >= K(0.125) * spherical_pendulum_NEAR * size && size_far <= K(0.125) * spherical_pendulum_FAR * size))
+        return 0;
+    for (i = 0; i < 3; ++i) {
+        const real most = spherical_pendulum_larger(EG_ABS(correction[i]), spherical_pendulum_larger(EG_ABS(near[i]), EG_ABS(far[i])));
+        work->rounding[i] = spherical_pendulum_larger(work->fade * work->rounding[i], K(2.0) * most);
+    }
+    work->fade = K(1.0);
+    work->trusted = 0;
     return 1;
 }
 
@@ -610,7 +758,7 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, fresh = 0;
+    int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > spherical_pendulum_FACTORS_COST + work->excess;
     scale.r = -step;
@@ -654,39 +802,48 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
             fresh = 1;
             since = 0;
         }
+        
         error = spherical_pendulum_correct(&scale, work);
-        if (iteration == 0) {
-            spherical_pendulum_tolerances(settings, c, per_step, work);
+        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+            spherical_pendulum_tolerances(settings, c, from, step, work);
             error = spherical_pendulum_size_of_correction(work);
         }
         error = EG_SQRT(error * K(0.3333333333333333));
-        if (!(error - error == K(0.0)))
+        if (!(error == error))
             return SPHERICAL_PENDULUM_NOT_FINITE;
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small itself */
-        if (error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= K(0.001) * (K(1.0) - rate))))
-            || (since >= 2 && rate > K(0.3) && spherical_pendulum_only_rounding(work))) {
+        settled = error == K(0.0) || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate) || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
+            || (since >= 2 && rate > K(0.3) && spherical_pendulum_only_rounding(work));
+        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
+            ++asked;
+            settled = spherical_pendulum_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+        }
+        if (settled) {
             if (fresh) {
-                work->usual = since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                const real wasted = (real)(iteration + 1 - since);
                 if (work->pause > 0)
                     --work->pause;
-            } else {
-                ++work->borrowed;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
-                if (work->last_excess <= spherical_pendulum_FACTORS_COST)
-                    work->streak = 0;
-                else if (work->borrowed == 1) { /* not even the next step can use them */
-                    work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
+                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
+                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + spherical_pendulum_FACTORS_COST);
+                    work->streak = work->spent + wasted + spherical_pendulum_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
                     work->pause = work->streak;
                 }
+                work->usual = since;
+                work->spent = (real)since;
+                work->borrowed = 0;
+                work->excess = work->last_excess = K(0.0);
+            } else {
+                ++work->borrowed;
+                work->spent = work->spent + (real)since;
+                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
+                work->excess = work->excess + work->last_excess;
             }
             statistics->max_residual = spherical_pendulum_larger(statistics->max_residual, largest);
+            --work->trusted;
             if (spherical_pendulum_turns_too_far(step, work))
                 return SPHERICAL_PENDULUM_ROTATION_TOO_LARGE;
             spherical_pendulum_move(from, step, work);
@@ -694,13 +851,8 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
         }
         if (since >= 2 && rate > K(2.0) && fresh)
             return SPHERICAL_PENDULUM_NOT_CONVERGED;
-        if ((since >= 2 && rate > K(0.3)) || iteration >= 7) {
-            if (!fresh && work->borrowed == 0) {
-                work->streak = work->streak < 32 ? 2 * work->streak + 1 : 63;
-                work->pause = work->streak;
-            }
+        if ((since >= 2 && rate > K(0.3)) || iteration >= 7)
             factor = 1;
-        }
         previous = error;
     }
     return SPHERICAL_PENDULUM_NOT_CONVERGED;
@@ -709,12 +861,13 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
 /* The state at the end of the step that is in work. */
 static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, real t, spherical_pendulum_state *state, const spherical_pendulum_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them */
+    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
     int i;
     for (i = 0; i < 3; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
-        const real first = a - old, second = first - (old - before), third = second - (old - K(2.0) * before + state->a_before[3 + i]);
+        const real unit = work->per_unit[i];
+        const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[3 + i]);
         missed[0] = missed[0] + first * first;
         missed[1] = missed[1] + second * second;
         missed[2] = missed[2] + third * third;
@@ -772,6 +925,9 @@ static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pe
     }
     if (work->coefficients.rho_inf != settings->rho_inf || work->coefficients.b == K(0.0))
         work->coefficients = spherical_pendulum_coefficients_of(settings->rho_inf);
+    status = spherical_pendulum_know_units(p, state, u_table, last, work);
+    if (status != SPHERICAL_PENDULUM_OK)
+        return status;
     status = spherical_pendulum_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 0, work);
     if (status != SPHERICAL_PENDULUM_OK && status != SPHERICAL_PENDULUM_BAD_ARGUMENT && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE)
         status = spherical_pendulum_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
@@ -800,27 +956,31 @@ spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_param
     return spherical_pendulum_take_step(p, settings, state, work, u_table);
 }
 
+/* A row of the record. inputs: those at the time of the state, NULL for formulas. */
+static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state, const real *inputs, spherical_pendulum_workspace *work, real *row)
+{
+    row[0] = state->t;
+    memcpy(row + 1, state->q, sizeof state->q);
+    memcpy(row + 5, state->v, sizeof state->v);
+    memcpy(row + 8, state->vdot, sizeof state->vdot);
+    (void)p; (void)inputs; (void)work;
+}
+
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
     long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     long k, rows = 0;
-    int i;
     spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
     if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
         status = SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == SPHERICAL_PENDULUM_OK)
+        spherical_pendulum_write_row(p, state, u_table, work, record + 11 * rows++);
     for (k = 0; k < steps && status == SPHERICAL_PENDULUM_OK; ++k) {
         status = spherical_pendulum_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
         if (status != SPHERICAL_PENDULUM_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            real *row = record + rows * 11;
-            row[0] = state->t;
-            for (i = 0; i < 4; ++i)
-                row[1 + i] = state->q[i];
-            for (i = 0; i < 3; ++i) {
-                row[5 + i] = state->v[i];
-                row[8 + i] = state->vdot[i];
-            }
+            spherical_pendulum_write_row(p, state, NULL, work, record + rows * 11);
             ++rows;
         }
     }

@@ -50,6 +50,7 @@ class Model:
     initial_z: tuple = ()
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
+    angular: tuple[bool, ...] = ()
 
     @property
     def facts(self) -> Facts:

@@ -161,12 +161,14 @@ def test_a_state_off_the_constraints_is_brought_onto_them(compiled):
 
 # -- published errors, orders ------------------------------------------------------------------------------------------------
 
-#: Largest errors over t = j/16 of angle, position, Omega and lam at some steps 2^-k; index 3 with perturbed start.
+#: Largest errors over t = j/16 of angle, position, Omega and lam at some steps 2^-k; index 3 with perturbed start. Those of the
+#: stabilised form on R^3 x SO(3) depend on the metric in which eta moves positions: that of M's diagonal. In the plain one, whose
+#: errors depend on the unit of length, they are 1.59e-3, 1.11e-3, 3.26e-3, 4.68e-1 in metres.
 TABLE = {
     ("SE3", "stabilised"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
     ("SE3", "index3"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
     ("R3xSO3", "index3"): {11: (2.50e-3, 1.73e-3, 2.42e-2, 1.76), 13: (1.56e-4, 1.08e-4, 1.51e-3, 1.10e-1)},
-    ("R3xSO3", "stabilised"): {11: (1.59e-3, 1.11e-3, 3.26e-3, 4.68e-1), 13: (9.87e-5, 6.91e-5, 2.03e-4, 2.90e-2)},
+    ("R3xSO3", "stabilised"): {11: (4.27e-4, 2.94e-4, 4.08e-3, 3.11e-1), 13: (2.67e-5, 1.84e-5, 2.55e-4, 1.95e-2)},
 }
 
 
@@ -201,7 +203,7 @@ def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, vari
 
 
 #: Of the spatial variant, position errors in units of those of F0, at most.
-SPATIAL = {("R3xSO3", "stabilised"): 0.03, ("R3xSO3", "index3"): 0.02, ("SE3", "stabilised"): 0.08, ("SE3", "index3"): 0.08}
+SPATIAL = {("R3xSO3", "stabilised"): 0.11, ("R3xSO3", "index3"): 0.02, ("SE3", "stabilised"): 0.08, ("SE3", "index3"): 0.08}
 
 
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
@@ -212,7 +214,7 @@ def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, g
         outcome = stepper.run(2**k, every=2**k // 16)
         errors.append(top_errors(outcome.rows))
     for column in range(4):
-        assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.1)
+        assert slope([4.0, 2.0, 1.0], [error[column] for error in errors]) == pytest.approx(2.0, abs=0.12)
     assert errors[-1][1] <= SPATIAL[group, form] * TABLE[group, form][13][1]
     assert errors[0][1] <= SPATIAL[group, form] * TABLE[group, form][11][1]
 

@@ -17,18 +17,21 @@ from tests.oracles.similarity import BINARY, DECIMAL, Motion, UnitsOf
 METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "generalized_alpha": ("generalized_alpha", {}, (*FREE, *BOUND)),
     "index3": ("generalized_alpha_index3", {}, tuple(BOUND)),
+    "f1": ("generalized_alpha_f1", {}, ("flight", "rods_r3xso3")),
+    "f2": ("generalized_alpha_f2", {}, ("flight", "rods_r3xso3")),
+    "spatial": ("generalized_alpha_spatial", {}, ("flight", "rods_r3xso3")),
+    "index3_f1": ("generalized_alpha_index3_f1", {}, ("rods_r3xso3",)),
+    "index3_spatial": ("generalized_alpha_index3_spatial", {}, ("rods_r3xso3",)),
+    "hht": ("hht", {"rho_inf": 0.9}, ("tree", "slider_crank")),
+    "wbz": ("wbz", {"rho_inf": 0.9}, ("tree", "slider_crank")),
+    "newmark": ("newmark", {"beta": 0.3, "gamma": 0.6}, ("tree", "slider_crank")),
+    "trapezoidal": ("trapezoidal", {}, ("servo", "slider_crank")),
     "rk4": ("rk4", {}, tuple(FREE)),
     "taylor": ("taylor", {"tolerance": 1e-12}, ("tree", "flight")),
     "hermite": ("hermite", {}, ("tree", "flight")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
-#: Methods whose tolerances have units or are relative to 1 as yet.
-NOT_YET = ("generalized_alpha", "index3")
-CASES = [
-    pytest.param(name, scene, marks=pytest.mark.xfail(name in NOT_YET, reason="tolerances with units", strict=False))
-    for name, (_, _, scenes) in METHODS.items()
-    for scene in scenes
-]
+CASES = [(name, scene) for name, (_, _, scenes) in METHODS.items() for scene in scenes]
 STEPS_OF_RUN = 60
 
 

@@ -22,14 +22,15 @@ def run(case: Case) -> LongRun:
 
 
 @pytest.mark.parametrize(
-    ("formulation", "momentum"), [(tops.SE3, 6.4e-5), (tops.R3XSO3, 4.2e-5)], ids=lambda value: getattr(value, "group", "")
-)
-def test_the_slow_top_keeps_its_invariants(formulation: tops.Formulation, momentum: float) -> None:
+    ("formulation", "trend", "momentum"), [(tops.SE3, 1e-5, 6.4e-5), (tops.R3XSO3, 2e-4, 1e-5)],
+    ids=lambda value: getattr(value, "group", ""),
+)  # fmt: skip
+def test_the_slow_top_keeps_its_invariants(formulation: tops.Formulation, trend: float, momentum: float) -> None:
     found = run(Case(formulation.name, partial(formulation.model, tops.SLOW), 1e-3))
     assert found.constraint <= 1e-12
     assert found.quaternion <= 1e-14
     assert found.drop <= 2e-3 * found.energy  # goes to and fro with the nutation
-    assert abs(found.trend) * STEPS * 1e-3 <= 1e-4 * found.energy
+    assert abs(found.trend) * STEPS * 1e-3 <= trend * found.energy
     assert 1e-6 < found.momentum <= momentum  # not conserved by the method, and not lost
 
 
@@ -61,7 +62,7 @@ def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str
     # sizes were looked at.)
     rounding = 32.0 * np.finfo(float).eps * (CRANK + COUPLER + ROCKER + GROUND)
     assert max(run.stats["max_constraint"] for run in (first, late)) <= 1.001 * rounding
-    assert late.stats["max_constraint_velocity"] <= 1e-11
+    assert late.stats["max_constraint_velocity"] <= 1e-10  # 2 m/s times these digits, and what is left of them in v
     assert late.q[0] == pytest.approx(turned, abs=2e-11)  # brought onto the loop, which these digits miss by 1e-12
     assert np.ptp(late.q[:, 0]) > 20.0  # some turns, and no jump where one is complete
     assert np.abs(np.diff(late.q, axis=0)).max() < 0.03
