@@ -16,6 +16,7 @@ from eomgen.runtime.energy_balance import SAID, Balance
 from eomgen.runtime.growth import Growth
 from eomgen.runtime.large_angles import HINT, REASON, large_angles, large_joint_angles
 from eomgen.runtime.left_curves import left_curves
+from eomgen.runtime.open_constraints import FAILED, Opened
 
 if TYPE_CHECKING:
     from eomgen.runtime.inputs import InputSignals
@@ -125,7 +126,7 @@ def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals:
 
 
 def doubts(
-    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str
+    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str, opened: Opened | None = None
 ) -> str:  # fmt: skip
     """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
 
@@ -137,16 +138,21 @@ def doubts(
         found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
     if balance.error is not None and balance.error > SAID:
         found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
+    if opened is not None:
+        found.append(opened.what)
     return f"{', and '.join(found)}; {cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
-def failure(growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method) -> str:
+def failure(
+    growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, opened: Opened | None = None
+) -> str:  # fmt: skip
     """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be one.
 
     Parameters
     ----------
     growth : what grows by the method alone
     balance, energy : of the recorded rows
+    opened : the constraint that is kept least
     """
     if growth is not None:
         totals = energy.get("total", np.zeros(0))
@@ -157,6 +163,8 @@ def failure(growth: Growth | None, balance: Balance, energy: Mapping[str, Array]
     if balance.infinite is not None:
         what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
         return f"{what}; try: other initial velocities, forces or units"
+    if opened is not None and opened.share > FAILED:
+        return f"{opened.what}, so this is no motion of the machine; try: a smaller step, or rk4_partitioned"
     return ""
 
 

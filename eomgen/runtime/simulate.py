@@ -27,6 +27,7 @@ from eomgen.runtime.inputs import InputSignals, Signal, check_held, jumps_known,
 from eomgen.runtime.limits import starts_beyond_limits
 from eomgen.runtime.methods import canonical_name
 from eomgen.runtime.model import Model
+from eomgen.runtime.open_constraints import opened
 from eomgen.runtime.preparation import check_memory, check_span, stepper_library
 from eomgen.runtime.run import Run, keeper_of, start_of, words_of_start
 from eomgen.runtime.run_settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
@@ -216,9 +217,10 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     if success:
         growth = unstable_growth(run, stepper.library, trajectory)
         cause = partial(_cause_of_doubts, run, t, q)
-        if fault := failure(growth, balance, energy, run.method):
+        loose = opened(model, t, q, p, statistics.get("max_constraint", 0.0))
+        if fault := failure(growth, balance, energy, run.method, loose):
             success, message = False, f"{message}, but {fault}"
-        elif doubt := doubts(statistics, balance, run.settings["step"], cause):
+        elif doubt := doubts(statistics, balance, run.settings["step"], cause, loose):
             message = f"{message}; {doubt}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
