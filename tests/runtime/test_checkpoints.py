@@ -68,7 +68,7 @@ def test_two_parts_are_one_run(build: Any, options: dict[str, Any], file: Path) 
 
 
 def test_halved_steps_and_late_factors_are_part_of_the_memory(file: Path) -> None:
-    options: dict[str, Any] = {"step": 0.05, "settings": {"max_iterations": 3, "max_halvings": 8}}
+    options: dict[str, Any] = {"step": 0.05, "settings": {"max_iterations": 2, "max_halvings": 8}}
     model = flyer()
     one = model.simulate(2.0, **options)
     assert one.stats["halvings"] > 5 and one.stats["factorizations"] > 5
