@@ -9,8 +9,7 @@ from xml.parsers import expat
 from eomgen.errors import DescriptionError, Problem
 
 DEPTH = 100
-#: What stands before an XML declaration that is not at the start of the file, where XML wants it; then the declaration.
-_LATE_DECLARATION = re.compile(r"\A(\ufeff?(?:\s++|<!--(?:(?!--).)*+-->)++)(<\?xml\s[^?]*+\?>)", re.DOTALL)
+_BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 
 
 class Element:
@@ -93,12 +92,27 @@ def read_xml(text: str, file: str) -> Element:
     DescriptionError
         If it is not well formed, nested more than 100 deep, or has a document type (which could define entities).
     """
-    late = _LATE_DECLARATION.match(text)
+    late = _late_declaration(text)
     if late:  # the declaration is looked at by itself and blanked out in its place, so lines and columns stay what they are
-        before = text.count("\n", 0, late.end(1))
-        _parsed(f"{late[2]}<a/>", file, lines_before=before)
-        text = late[1] + re.sub(r"[^\n]", " ", late[2]) + text[late.end() :]
+        before, declaration, after = text[: late.start], text[late], text[late.stop :]
+        _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))
+        text = before + re.sub(r"[^\n]", " ", declaration) + after
     return _parsed(text, file)
+
+
+def _late_declaration(text: str) -> slice | None:
+    """Return where an XML declaration stands behind blanks and comments, and not at the start of the file where XML wants it."""
+    first = place = 1 if text.startswith("\ufeff") else 0
+    while not _DECLARATION.match(text, place):
+        blank = _BLANK.match(text, place)
+        if blank:
+            place = blank.end()
+        elif text.startswith("<!--", place) and (end := text.find("-->", place + 4)) >= 0:
+            place = end + 3
+        else:
+            return None
+    end = text.find("?>", place)
+    return slice(place, end + 2) if place > first and end >= 0 else None
 
 
 def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:

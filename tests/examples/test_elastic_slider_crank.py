@@ -128,5 +128,5 @@ def test_a_stiff_rod_may_start_unstretched(model: Model, method: str) -> None:
         changed = {"modulus": 0.2e12 * 10.0**decade}
         run = model.simulate(step=1e-3, rho_inf=0.6, method=method, parameters=changed, initial=start)
         assert run.success and run.stats["halvings"] == 0, (decade, run.message)
-        assert np.abs(run.outputs["stretch"]).max() < 4e-5 / 10.0**decade
+        assert np.abs(run.outputs["stretch"]).max() < 4e-5 / 10.0**decade + 2e-13  # iterations end at 1e-12 of the motion
         assert np.abs(run.multipliers).max() < 800.0

@@ -128,11 +128,11 @@ def compare_with_damped_runs(seeds: range) -> int:
 
 
 def test_rest_is_where_damped_runs_end() -> None:
-    assert compare_with_damped_runs(range(25)) == 25
+    assert compare_with_damped_runs(range(8)) == 8
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(25, 225, 50))
+@pytest.mark.parametrize("first", range(8, 208, 50))
 def test_rest_is_where_damped_runs_end_in_many_scenes(first: int) -> None:
     """All but starts so close to the border of two basins that errors of a tenth of a step decide."""
     assert compare_with_damped_runs(range(first, first + 50)) >= 49
