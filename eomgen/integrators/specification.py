@@ -142,6 +142,7 @@ def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples:
             "solver": solver_data(solver, system.factors),
             "angular": [int(turns) for turns in system.angular] or [0] * _nv(system),
             "places": _places(system.factors, _nv(system)),
+            "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],
             "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
             "rows_per_step": 1,

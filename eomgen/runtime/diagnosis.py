@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Part of the multipliers that rounding may make.
+ROUNDED = 0.01
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
 
@@ -140,7 +142,11 @@ def doubts(
         found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
     if opened is not None:
         found.append(opened.what)
-    return f"{', and '.join(found)}; {cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
+    rounding, coarser = statistics.get("max_rounding", 0.0), ""
+    if rounding > ROUNDED:
+        found.append(f"rounding makes up to {100.0 * rounding:.2g} % of the multipliers, by the square of the step")
+        coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
+    return f"{', and '.join(found)}; {coarser or cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
 def failure(

@@ -48,7 +48,8 @@ def opened(model: Model, t: Array, q: Array, p: Array, largest: float = 0.0) -> 
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
     machine = extents.max(axis=1, initial=0.0)
     scale = np.where(lengths, np.where(machine > 0.0, machine, 1.0)[:, None], 1.0)
-    rounding = _LAST_PLACES * np.finfo(float).eps * summands
+    epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
+    rounding = _LAST_PLACES * epsilon * summands
     shares = np.where(violation > rounding, violation / scale, 0.0)
     row, k = np.unravel_index(int(np.argmax(np.nan_to_num(shares, nan=np.inf))), shares.shape)
     share, by = float(shares[row, k]), float(violation[row, k])

@@ -834,13 +834,14 @@ static real active_vehicle_missed(const active_vehicle_parameters *p, const acti
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
  * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
- * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. Where the correction moves q by some
+ * spacings of its numbers only, smaller ones would not move it at all, and near by tells nothing. What was seen is kept. */
 static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, const active_vehicle_coefficients *c, const active_vehicle_scale *scale, const active_vehicle_state *from,
     real t, real step, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
-    real correction[7], moved[7], near[7], far[7];
+    real correction[7], moved[7], near[7], far[7], q[7];
     real size, size_near, size_far;
-    int i;
+    int i, within_spacing = 1;
     active_vehicle_move(from, step, work);
     active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
     ++statistics->evaluations;
@@ -852,7 +853,12 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
     active_vehicle_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
+    memcpy(q, work->q, sizeof q);
     active_vehicle_add(scale, correction, K(-1.0), work);
+    active_vehicle_move(from, step, work);
+    for (i = 0; i < 7; ++i)
+        if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * active_vehicle_EPSILON * EG_ABS(q[i])))
+            within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(active_vehicle_size_of_correction(work));
     if (!(step * active_vehicle_size(correction, work) <= K(64.0) * EG_SQRT(active_vehicle_EPSILON) * active_vehicle_extent(work->q, work)))
@@ -860,7 +866,7 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
     size_near = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near, work, statistics);
     size_far = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far, work, statistics);
     active_vehicle_add(scale, correction, K(1.0), work);
-    if (!(size_near >= K(0.125) * active_vehicle_NEAR * size && size_far <= K(0.125) * active_vehicle_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * active_vehicle_NEAR * size) && size_far <= K(0.125) * active_vehicle_FAR * size))
         return 0;
     for (i = 0; i < 7; ++i) {
         const real most = active_vehicle_larger(EG_ABS(correction[i]), active_vehicle_larger(EG_ABS(near[i]), EG_ABS(far[i])));

@@ -800,13 +800,15 @@ static real free_spinning_body_missed(const free_spinning_body_parameters *p, co
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
  * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
- * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. Where the correction moves q by some
+ * spacings of its numbers only, smaller ones would not move it at all, and near by tells nothing. What was seen is kept. */
 static int free_spinning_body_learn_rounding(const free_spinning_body_parameters *p, const free_spinning_body_coefficients *c, const free_spinning_body_scale *scale, const free_spinning_body_state *from,
     real t, real step, free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
 {
-    real correction[6], moved[6], near[6], far[6];
+    real correction[6], moved[6], near[6], far[6], q[7];
     real size, size_near, size_far;
-    int i;
+    static const int unit[7] = { 1, 1, 1, 1, 0, 0, 0 }; /* parts of quaternions */
+    int i, within_spacing = 1;
     free_spinning_body_move(from, step, work);
     free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
     ++statistics->evaluations;
@@ -818,7 +820,12 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
     free_spinning_body_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
+    memcpy(q, work->q, sizeof q);
     free_spinning_body_add(scale, correction, K(-1.0), work);
+    free_spinning_body_move(from, step, work);
+    for (i = 0; i < 7; ++i)
+        if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * free_spinning_body_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
+            within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(free_spinning_body_size_of_correction(work));
     if (!(step * free_spinning_body_size(correction, work) <= K(64.0) * EG_SQRT(free_spinning_body_EPSILON) * free_spinning_body_extent(work->q, work)))
@@ -826,7 +833,7 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
     size_near = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_NEAR, near, work, statistics);
     size_far = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_FAR, far, work, statistics);
     free_spinning_body_add(scale, correction, K(1.0), work);
-    if (!(size_near >= K(0.125) * free_spinning_body_NEAR * size && size_far <= K(0.125) * free_spinning_body_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * free_spinning_body_NEAR * size) && size_far <= K(0.125) * free_spinning_body_FAR * size))
         return 0;
     for (i = 0; i < 6; ++i) {
         const real most = free_spinning_body_larger(EG_ABS(correction[i]), free_spinning_body_larger(EG_ABS(near[i]), EG_ABS(far[i])));

@@ -1564,13 +1564,15 @@ static real heavy_top_r3xso3_missed(const heavy_top_r3xso3_parameters *p, const 
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
  * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
- * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. Where the correction moves q by some
+ * spacings of its numbers only, smaller ones would not move it at all, and near by tells nothing. What was seen is kept. */
 static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from,
     real t, real step, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
 {
-    real correction[12], moved[12], near[12], far[12];
+    real correction[12], moved[12], near[12], far[12], q[7];
     real size, size_near, size_far, largest = K(0.0);
-    int i;
+    static const int unit[7] = { 1, 1, 1, 1, 0, 0, 0 }; /* parts of quaternions */
+    int i, within_spacing = 1;
     heavy_top_r3xso3_move(from, step, work);
     heavy_top_r3xso3_equations(work->q, work->v, work->vdot, work->lam, work->right, work->right + 6, work->right + 9);
     ++statistics->evaluations;
@@ -1582,7 +1584,12 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
     heavy_top_r3xso3_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
+    memcpy(q, work->q, sizeof q);
     heavy_top_r3xso3_add(scale, correction, K(-1.0), work);
+    heavy_top_r3xso3_move(from, step, work);
+    for (i = 0; i < 7; ++i)
+        if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * heavy_top_r3xso3_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
+            within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     for (i = 0; i < 12; ++i)
         largest = heavy_top_r3xso3_larger(largest, EG_ABS(work->per_tolerance[i] * correction[i]));
@@ -1595,7 +1602,7 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
     size_near = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR, near, work, statistics);
     size_far = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far, work, statistics);
     heavy_top_r3xso3_add(scale, correction, K(1.0), work);
-    if (!(size_near >= K(0.125) * heavy_top_r3xso3_NEAR * size && size_far <= K(0.125) * heavy_top_r3xso3_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * heavy_top_r3xso3_NEAR * size) && size_far <= K(0.125) * heavy_top_r3xso3_FAR * size))
         return 0;
     for (i = 0; i < 12; ++i) {
         const real most = heavy_top_r3xso3_larger(EG_ABS(correction[i]), heavy_top_r3xso3_larger(EG_ABS(near[i]), EG_ABS(far[i])));
@@ -1844,7 +1851,8 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity, velocity);
-    state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding, work->share < K(1.0) ? work->share : K(1.0));
+    if (work->speed[0] > K(4.0) * work->slip) /* where nothing moves, there are no impulses to be part of */
+        state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding, work->share < K(1.0) ? work->share : K(1.0));
 }
 
 /* Largest by smallest pivot of the last factors: a cheap sign of ill conditioning. */

@@ -569,13 +569,14 @@ static real pendulum_on_shaking_base_missed(const pendulum_on_shaking_base_param
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
  * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
- * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. Where the correction moves q by some
+ * spacings of its numbers only, smaller ones would not move it at all, and near by tells nothing. What was seen is kept. */
 static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from,
     real t, real step, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
 {
-    real correction[1], moved[1], near[1], far[1];
+    real correction[1], moved[1], near[1], far[1], q[1];
     real size, size_near, size_far;
-    int i;
+    int i, within_spacing = 1;
     pendulum_on_shaking_base_move(from, step, work);
     pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
     ++statistics->evaluations;
@@ -587,7 +588,12 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     pendulum_on_shaking_base_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
+    memcpy(q, work->q, sizeof q);
     pendulum_on_shaking_base_add(scale, correction, K(-1.0), work);
+    pendulum_on_shaking_base_move(from, step, work);
+    for (i = 0; i < 1; ++i)
+        if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * pendulum_on_shaking_base_EPSILON * EG_ABS(q[i])))
+            within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
     if (!(step * pendulum_on_shaking_base_size(correction, work) <= K(64.0) * EG_SQRT(pendulum_on_shaking_base_EPSILON) * pendulum_on_shaking_base_extent(work->q, work)))
@@ -595,7 +601,7 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     size_near = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_NEAR, near, work, statistics);
     size_far = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_FAR, far, work, statistics);
     pendulum_on_shaking_base_add(scale, correction, K(1.0), work);
-    if (!(size_near >= K(0.125) * pendulum_on_shaking_base_NEAR * size && size_far <= K(0.125) * pendulum_on_shaking_base_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * pendulum_on_shaking_base_NEAR * size) && size_far <= K(0.125) * pendulum_on_shaking_base_FAR * size))
         return 0;
     for (i = 0; i < 1; ++i) {
         const real most = pendulum_on_shaking_base_larger(EG_ABS(correction[i]), pendulum_on_shaking_base_larger(EG_ABS(near[i]), EG_ABS(far[i])));

@@ -706,13 +706,15 @@ static real spherical_pendulum_missed(const spherical_pendulum_parameters *p, co
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near. What is smooth does the
  * same in both places, and where a law has a corner, the matrix is exact near by. So no size has to be known: what is far from the
- * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. What was seen is kept. */
+ * origin, held in balance by large forces, or stiff, is rounded more than the numbers in q and v tell. Where the correction moves q by some
+ * spacings of its numbers only, smaller ones would not move it at all, and near by tells nothing. What was seen is kept. */
 static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters *p, const spherical_pendulum_coefficients *c, const spherical_pendulum_scale *scale, const spherical_pendulum_state *from,
     real t, real step, spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
 {
-    real correction[3], moved[3], near[3], far[3];
+    real correction[3], moved[3], near[3], far[3], q[4];
     real size, size_near, size_far;
-    int i;
+    static const int unit[4] = { 1, 1, 1, 1 }; /* parts of quaternions */
+    int i, within_spacing = 1;
     spherical_pendulum_move(from, step, work);
     spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
     ++statistics->evaluations;
@@ -724,7 +726,12 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     spherical_pendulum_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
+    memcpy(q, work->q, sizeof q);
     spherical_pendulum_add(scale, correction, K(-1.0), work);
+    spherical_pendulum_move(from, step, work);
+    for (i = 0; i < 4; ++i)
+        if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * spherical_pendulum_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
+            within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(spherical_pendulum_size_of_correction(work));
     if (!(step * spherical_pendulum_size(correction, work) <= K(64.0) * EG_SQRT(spherical_pendulum_EPSILON) * spherical_pendulum_extent(work->q, work)))
@@ -732,7 +739,7 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     size_near = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_NEAR, near, work, statistics);
     size_far = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_FAR, far, work, statistics);
     spherical_pendulum_add(scale, correction, K(1.0), work);
-    if (!(size_near >= K(0.125) * spherical_pendulum_NEAR * size && size_far <= K(0.125) * spherical_pendulum_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * spherical_pendulum_NEAR * size) && size_far <= K(0.125) * spherical_pendulum_FAR * size))
         return 0;
     for (i = 0; i < 3; ++i) {
         const real most = spherical_pendulum_larger(EG_ABS(correction[i]), spherical_pendulum_larger(EG_ABS(near[i]), EG_ABS(far[i])));

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import eomgen
 from tests.integrators.similar_scenes import STEPS, similar
 from tests.oracles.similarity import Motion, UnitsOf
 
@@ -34,3 +35,34 @@ def test_a_loop_moves_far_away_as_near_by(method: str) -> None:
         assert far.difference(near, ("q",)) <= 0.1 * rounding
         assert far.difference(near, ("v",)) <= 0.1 * rounding + NEWTON
         assert far.difference(near, ("vdot", "lam")) <= 10.0 * rounding + 10.0 * NEWTON
+
+
+def rod_on_free_body(place: float) -> eomgen.Model:
+    """Return a pendulum and a body on a ball joint, tied by a rod; the free joint has its place in q."""
+    return eomgen.build({
+        "format": 1, "name": "rod",
+        "bodies": {
+            "a": {"mass": 1.0, "inertia": [0.1] * 3, "center_of_mass": [0, 0, -0.5]}, "f": {"mass": 1.0, "inertia": [0.1] * 3},
+        },
+        "joints": {
+            "A": {"type": "revolute", "parent": "base", "child": "a", "axis": [0, 1, 0], "position": [place, 0, 0],
+                  "initial": {"position": 0.3, "velocity": 1.0}},
+            "F": {"type": "free", "parent": "base", "child": "f", "initial": {
+                "position": [place + 1, 0.3, -1], "rotation": [{"axis": [1, 0.3, 0], "angle": 0.5}]}},
+        },
+        "constraints": {
+            "rod": {"type": "distance", "first": {"body": "a", "position": [0, 0, -1]},
+                    "second": {"body": "f", "position": [0, 0.1, 0.2]}, "length": 1.3},
+            "ball": {"type": "spherical", "first": {"body": "base", "position": [place + 1, 0.3, -0.7]},
+                     "second": {"body": "f", "position": [0, 0, 0.3]}},
+        },
+        "terms": ["residual", "partials", "forward_dynamics", "mass"],
+    }, profile="quick")  # fmt: skip
+
+
+def test_places_in_q_whose_spacing_iterations_come_down_to_stop_no_run() -> None:
+    near = rod_on_free_body(0.0).simulate(0.5, 1e-3)
+    for place, step in ((1e5, 1e-4), (1e6, 1e-3), (1e6, 1e-4), (1e7, 1e-3)):
+        far = rod_on_free_body(place).simulate(0.5, step)
+        assert far.success, far.message
+        assert far.q[-1, 0] == pytest.approx(near.q[-1, 0], abs=2e-6 + 10.0 * EPSILON * place)
