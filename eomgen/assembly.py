@@ -147,5 +147,5 @@ def constrained(system: System, parameters: Array | None = None) -> Constrained:
         velocity=lambda q, v, t: at("constraint_velocity", t, q=q, v=v),
         jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
         mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
-        sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q), system.holonomic),
+        sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
     )

@@ -33,8 +33,8 @@ CONTRADICTION, TOLD = 1e-6, 1e-10
 #: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
 #: to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go first.
 REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-6, 1e-4, 1e-3
-#: What is left of a row that vanishes but for rounding, in units of the last place of its summands.
-VANISHING = 4096.0
+#: What is left of a row that vanishes but for rounding, in units of the last place of its summands: at most, and as a rule.
+VANISHING, VANISHED = 4096.0, 64.0
 #: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others: corrections
 #: leave such directions alone, which can be moved along but change nothing to first order.
 SINGULAR = 3e-5
@@ -58,8 +58,9 @@ class Constrained:
     units : of the rows, ``m``, ``1`` or ``m/s``
     angular : (nv,) whether a velocity component turns something
     constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
-    sizes(q, t) -> (holonomic,), (rows,)
-        What the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes, m.
+    sizes(q, t) -> (rows,), (rows,)
+        What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of what it
+        joins, m: what turning may move it by.
     """
 
     factors: Sequence[FactorLike]
@@ -80,7 +81,7 @@ class Constrained:
 
         def sizes(q: Array, t: float) -> tuple[Array, Array]:
             size, extent = self.sizes(q, t)
-            return size[at_position], extent[kept]
+            return size[kept], extent[kept]
 
         return replace(
             self, names=[self.names[row] for row in kept], units=[self.units[row] for row in kept], holonomic=len(at_position),
@@ -89,9 +90,10 @@ class Constrained:
         )  # fmt: skip
 
 
-def split_sizes(values: Array, holonomic: int) -> tuple[Array, Array]:
+def split_sizes(values: Array) -> tuple[Array, Array]:
     """Return what ``constraint_size`` gives, one array after the other, as ``Constrained.sizes`` does."""
-    return values[:holonomic], values[holonomic:]
+    rows = len(values) // 2
+    return values[:rows], values[rows:]
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     left = system.velocity(q, v, t)
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
     if not np.all(np.abs(left) <= limits):
-        raise _contradiction(system.names, left, limits, "velocities", iterations)
+        raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
     violations = _named(system.names, first, TOLD * start.scale)
     changed = _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess)))
     off = _named(system.names, system.constraint(q, t), TOLD * rows.scale)
@@ -164,7 +166,7 @@ class _Rows:
     @property
     def limits(self) -> Array:
         """Violations of the holonomic rows beyond which they are not met."""
-        return np.maximum(CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size)
+        return np.maximum(CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic])
 
     def rate_limits(self, speeds: Array) -> Array:
         """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``, (rows,)."""
@@ -205,14 +207,18 @@ class _Rows:
     @cached_property
     def _of_summands(self) -> Array:
         """What the magnitudes of the summands of entries of B add up to at most, (rows, nv)."""
-        sizes = np.where(self.lengths, self.extent, 1.0)
-        sizes[: self.holonomic] = np.maximum(sizes[: self.holonomic], self.size)
-        return np.maximum(self._entries(sizes), np.abs(self.B))
+        return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
 
     @cached_property
     def vanishing(self) -> Array:
         """Lengths of weighed rows that are rounding and nothing else, (rows,)."""
         return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self._speeds))
+
+    def hides(self, row: int, rest: Array) -> bool:
+        """Return whether what is left of a weighed row may be new or rounding: rows made of places far away."""
+        length, vanishing = float(np.linalg.norm(rest)), float(self.vanishing[row])
+        new = max(REDUNDANT * float(self.natural[row]), vanishing * VANISHED / VANISHING)
+        return new < length <= vanishing
 
     @cached_property
     def natural(self) -> Array:
@@ -301,7 +307,8 @@ def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
         violation, rows = system.constraint(q, t), _Rows(system, q, t)
         if not np.all(np.isfinite(violation)):
             break
-        size = float(np.max(np.abs(violation) / np.maximum(rows.size, np.finfo(float).tiny), initial=0.0)) / EPSILON
+        summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
+        size = float(np.max(np.abs(violation) / summands, initial=0.0)) / EPSILON
         met = bool(np.all(np.abs(violation) <= rows.limits))
         if size <= ROUNDING or (met and size >= 0.5 * best):
             return q, iteration
@@ -309,8 +316,8 @@ def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         q = update(system.factors, q, step / max(1.0, largest))
-    violation = system.constraint(q, t)
-    raise _contradiction(system.names, violation, _Rows(system, q, t).limits, "positions", MAX_ITERATIONS)
+    violation, rows = system.constraint(q, t), _Rows(system, q, t)
+    raise _contradiction(rows, system.names, violation, rows.limits, "positions", MAX_ITERATIONS)
 
 
 def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, float]:
@@ -319,11 +326,21 @@ def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, floa
     }  # fmt: skip
 
 
-def _contradiction(names: Sequence[str], left: Array, limits: Array, what: str, iterations: int) -> ModelError:
+def _contradiction(
+    rows: _Rows, names: Sequence[str], left: Array, limits: Array, what: str, iterations: int
+) -> ModelError:  # fmt: skip
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = f"the {what} of the constraints cannot be met together: after {iterations} corrections still off: {'; '.join(worst)}"
-    return ModelError(Problem("constraints", text, "an initial state nearer to assembly, or lengths and axes that fit"))
+    first = int(order[0])
+    lever = float(np.max(np.abs(rows.B[first][rows.angular]), initial=0.0)) if rows.lengths[first] else 0.0
+    if lever * SINGULAR > rows.extent[first]:
+        text += f"; turning moves {names[first]} by {lever:.3g} m per rad, where what it joins measures "
+        text += f"{rows.extent[first]:.3g} m"
+        hint = "the two frames of the constraint near each other, or its first and second exchanged"
+    else:
+        hint = "an initial state nearer to assembly, or lengths and axes that fit"
+    return ModelError(Problem("constraints", text, hint))
 
 
 @dataclass(frozen=True)
@@ -349,6 +366,11 @@ def redundancy(
     through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular position) is
     no redundant row. What is left of a row is held against what a row of its kind can be there, and against rounding, never
     against the row itself: one that vanishes but for rounding says nothing. ``rows``: those looked at, all by default.
+
+    Raises
+    ------
+    ModelError
+        Rounding of places far away hides whether rows say something.
     """
     looked_at = range(len(system.names)) if rows is None else rows
     here = _Rows(system, q, t)
@@ -393,7 +415,18 @@ def redundancy(
         take(lefts[best], parts_of[best])
         if max(parts_of[best]) < ALMOST_REDUNDANT:
             hardly[best] = max(parts_of[best])
+    hidden = [row for row in waiting if all(place.hides(row, rest) for place, rest in zip(places, rests(row), strict=True))]
+    if hidden:
+        raise _too_far_away(system, here, hidden)
     return Redundancy(tuple(waiting), hardly)
+
+
+def _too_far_away(system: Constrained, here: _Rows, rows: Sequence[int]) -> ModelError:
+    listed = ", ".join(system.names[row] for row in rows[:_LISTED])
+    size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
+    what = f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are subtracted in "
+    what += f"them, and what they join measures {extent:.3g} m"
+    return ModelError(Problem("constraints", what, "frames of constraints and an origin nearer to the machine"))
 
 
 def _all_new(here: _Rows, rows: Sequence[int]) -> bool:

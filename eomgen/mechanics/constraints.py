@@ -31,16 +31,18 @@ class Row:
     Attributes
     ----------
     value : what is to be zero; at velocity level affine in v
-    size : what the magnitudes of its summands add up to, in its own unit: rounding errors are a few digits less. None at
-        velocity level, where B and v tell
-    extent : m, the way along the loop that it closes: how far apart things are there, wherever the machine stands
+    size : what the magnitudes of its summands add up to, in its own unit: rounding errors are a few digits less. At velocity
+        level, of those that an angular velocity is multiplied by
+    extent : m, what turning what it joins may move it by, wherever that stands along what the row lets slide or roll
+    way : m, the same and how far apart things stand: what there is to measure where nothing has an extent, as point masses
     """
 
     name: str
     value: Scalar
     unit: Literal["m", "1", "m/s"]
-    size: Scalar | None
+    size: Scalar
     extent: Scalar
+    way: Scalar
 
 
 @dataclass
@@ -80,10 +82,10 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
     z1 = first.axis(2)
 
     def length(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.extent)
+        return Row(f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.way)
 
     def angle(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.extent)
+        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.way)
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
@@ -121,7 +123,8 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
             return [length(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
         case _:
             height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
-            return [length("contact", height, quantities.formula(item.radius))]
+            size, lever, way = _on_wheel(quantities, item, pair)
+            return [Row(f"{item.name}: contact", height, "m", size, lever, way)]
 
 
 def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
@@ -146,11 +149,18 @@ def _contact(quantities: Quantities, item: Constraint, pair: Pair) -> Vector:
     return minus(pair.second.origin, scaled(radius / length, down))
 
 
+def _on_wheel(quantities: Quantities, item: Constraint, pair: Pair) -> tuple[Scalar, Scalar, Scalar]:
+    """Return size, lever and way of a pair, the radius of a wheel included. Where on its plane it rolls is no lever of a row."""
+    radius = magnitude(quantities.formula(item.radius))
+    return pair.size + radius, pair.lever + radius, pair.way + radius
+
+
 def _rolling(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
     contact = _contact(quantities, item, pair)
     slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
+    size, lever, way = _on_wheel(quantities, item, pair)
     return [
-        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", None, pair.extent)
+        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, way)
         for k, axis in enumerate("xy")
     ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 from eomgen.errors import ModelError
 from eomgen.mechanics import terms as separated
@@ -11,7 +12,7 @@ from eomgen.mechanics.absolute import build_absolute_tree
 from eomgen.mechanics.base import base_state, resting_base
 from eomgen.mechanics.beams.matrices import geometric, structural
 from eomgen.mechanics.bodies import accelerations, poses, twists
-from eomgen.mechanics.constraints import ConstraintCalculus, constraint_rows
+from eomgen.mechanics.constraints import ConstraintCalculus, Row, constraint_rows
 from eomgen.mechanics.counted_angles import counted_angles
 from eomgen.mechanics.directions import configuration_directions
 from eomgen.mechanics.energy import energies
@@ -35,7 +36,7 @@ from eomgen.scene.formula_nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.derivatives import forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Tape
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
 from eomgen.system import Block
 
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
@@ -295,12 +296,22 @@ class Derivation:
         return [self._matrix("B", self._calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
-        rows = self._calculus().rows
-        sizes = [row.size for row in rows.holonomic if row.size is not None]
+        rows = self._calculus().rows.all
+        sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
-            self._vector("size", sizes, "what the magnitudes of the summands of each of Phi add up to, in its unit"),
-            self._vector("extent", [row.extent for row in rows.all], "way along the loop that each row closes, m"),
+            self._vector("size", sizes, "what the magnitudes of the summands of each row add up to, in its unit; m of m/s"),
+            self._vector("extent", extents, "what turning what each row joins may move it by, m"),
         ]
+
+    def _extents(self, rows: Sequence[Row]) -> list[Scalar]:
+        """Return the extents of rows: of those that have none that of the others, and how far things stand apart if none has."""
+        own = [row.extent for row in rows if not row.extent.is_zero]
+        if not own:
+            return [row.way for row in rows]
+        if len(own) == len(rows):
+            return own
+        machine = reduce(lambda one, other: self.algebra.call(Op.MAX, one, other), own)
+        return [machine if row.extent.is_zero else row.extent for row in rows]
 
     def velocity_partials(self) -> list[Block]:
         rows = self._calculus().by_configuration(self._calculus().velocity())

@@ -45,7 +45,7 @@ TERMS: dict[str, tuple[tuple[str, ...], str]] = {
     "constraint_jacobian": (("p", "t", "q", "base"), "B: derivative of the constraints along w is B w, left-trivialised"),
     "constraint_size": (
         ("p", "t", "q", "base"),
-        "what the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes",
+        "what the magnitudes of the summands of each row add up to, and the extent of what it joins",
     ),
     "velocity_partials": (("p", "t", "q", "v", "base"), "left-trivialised partials in q of the constraints' rates"),
     "equations": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "residual, constraints and their rates together"),

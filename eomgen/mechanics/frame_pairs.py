@@ -36,14 +36,17 @@ class Pair:
     Attributes
     ----------
     size : m, what the magnitudes of the summands of both origins add up to
-    extent : m, the way from one origin to the other along the links between them
+    lever : m, the way from where each origin's links leave the nearest one to that origin: what turning may move it by. How
+        far apart those places are is no part of it, and 0 where bodies are held at their origins
+    way : m, the lever and how far apart those places are: from one origin to the other along the links between them
     """
 
     kinematics: LinkKinematics
     first: Placed
     second: Placed
     size: Scalar
-    extent: Scalar
+    lever: Scalar
+    way: Scalar
 
     def angular_velocity(self, frame: Placed) -> Vector:
         """Return the angular velocity of what moves with one of the frames."""
@@ -84,7 +87,8 @@ def placed(quantities: Quantities, first: Frame, second: Frame) -> Pair:
     steps = [step for side in sides for step in side.beyond(quantities, shared)]
     size = _lengths((minus(other_place, place), travel, other_travel, *steps))
     frames = [side.placed(quantities, shared, seen, start) for side, start in zip(sides, starts, strict=True)]
-    return Pair(seen, frames[0], frames[1], size, _lengths((apart, *steps)))
+    lever = _lengths(steps) if steps else algebra.zero
+    return Pair(seen, frames[0], frames[1], size, lever, _lengths((apart, *steps)))
 
 
 def _lengths(steps: Sequence[Vector]) -> Scalar:

@@ -56,4 +56,4 @@ def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
             case _:
                 yield from (*apply(transpose(second.axes), turning), *apply(transpose(second.axes), sliding))
 
-    return [Row(joint.name, value, "m/s", None, pair.extent) for value in components()]
+    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.way) for value in components()]

@@ -159,10 +159,10 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
         if joint.type == "revolute":
             value = turned_past(quantities, target, pair.first, pair.second)
-            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.extent))
+            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.way))
         else:
             value = quantities.coordinate(joint.name) - target
-            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.extent))
+            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.way))
     return rows
 
 

@@ -82,7 +82,7 @@ def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) ->
 
     def sizes(q: Array, _: float) -> tuple[Array, Array]:
         found = able.evaluate("constraint_size", q, t=t, parameters=parameters)
-        return split_sizes(np.concatenate(list(found.values())), holonomic)
+        return split_sizes(np.concatenate(list(found.values())))
 
     equations = Constrained(
         factors=model.factors,

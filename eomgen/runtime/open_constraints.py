@@ -44,7 +44,8 @@ def opened(model: Model, t: Array, q: Array, p: Array, largest: float = 0.0) -> 
     violation = np.abs(next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())))[:, :count]
     found = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
     sizes = np.concatenate([np.asarray(part).reshape(len(t), -1) for part in found], axis=1)
-    summands, extents = sizes[:, :count], sizes[:, count:]
+    rows = sizes.shape[1] // 2
+    summands, extents = sizes[:, :count], sizes[:, rows:]
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
     machine = extents.max(axis=1, initial=0.0)
     scale = np.where(lengths, np.where(machine > 0.0, machine, 1.0)[:, None], 1.0)

@@ -476,14 +476,14 @@ void heavy_top_r3xso3_constraint_jacobian(const real *q, real *restrict B)
 
 void heavy_top_r3xso3_constraint_size(const real *q, real *restrict size, real *restrict extent)
 {
+    extent[0] = K(1.0);
+    extent[1] = K(1.0);
+    extent[2] = K(1.0);
     /* constraint pivot */
     const real x1 = K(1.0) + (EG_ABS(q[6]) + (EG_ABS(q[4]) + EG_ABS(q[5])));
     size[0] = x1;
     size[1] = x1;
     size[2] = x1;
-    extent[0] = x1;
-    extent[1] = x1;
-    extent[2] = x1;
 }
 
 void heavy_top_r3xso3_velocity_partials(const real *q, const real *v, real *restrict Z)

@@ -93,9 +93,9 @@ void heavy_top_r3xso3_constraint_bias(const eomgen_real *q, const eomgen_real *v
  *   41 additions, 42 multiplications, 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint_jacobian(const eomgen_real *q, eomgen_real *B);
 
-/* what the magnitudes of the summands of each of Phi add up to, and the extent of what each row closes
- *   size [3]  what the magnitudes of the summands of each of Phi add up to, in its unit
- *   extent [3]  way along the loop that each row closes, m
+/* what the magnitudes of the summands of each row add up to, and the extent of what it joins
+ *   size [3]  what the magnitudes of the summands of each row add up to, in its unit; m of m/s
+ *   extent [3]  what turning what each row joins may move it by, m
  *   3 additions, 0 multiplications, 0 divisions, 3 functions */
 void heavy_top_r3xso3_constraint_size(const eomgen_real *q, eomgen_real *size, eomgen_real *extent);
 
