@@ -14,6 +14,9 @@ from eomgen.integrators.specification import default_settings
 from eomgen.integrators.taylor import Taylor
 from eomgen.runtime.methods import method_named, method_parameters
 
+#: Settings that are whole numbers, the least and the largest: what steppers bear, and what a C long holds anywhere.
+_WHOLE = {"max_iterations": (1, 2**31 - 1), "max_halvings": (0, 30), "reuse": (0, 1), "perturb": (0, 1)}
+
 
 def number_of(name: str, value: object, kind: str = "number of seconds") -> float:
     """Return a finite number. Raises UsageError."""
@@ -70,6 +73,11 @@ def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra
         number = number_of(f"settings.{name}", value, "number")
         if number < 0.0:
             raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
+        if name in _WHOLE:
+            least, largest = _WHOLE[name]
+            if not (number.is_integer() and least <= number <= largest):
+                what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
+                raise UsageError(Problem(f"settings.{name}", f"{what}, not {number:.9g}", f"{values[name]:.0f}"))
         values[name] = number
     values["step"] = step
     return values | own
