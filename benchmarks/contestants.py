@@ -20,7 +20,7 @@ from benchmarks.programs import FLAGS, NATIVE, Program, build, timing_program
 from benchmarks.robots import STATES, Array, PinocchioModel, driven
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import ProgramFunction
-from eomgen.codegen.render import generate_files
+from eomgen.codegen.targets.c.target import generate_files
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.symbolic.tape import Op
-from eomgen.system import System
+from eomgen.system.system import System
 
 Array = NDArray[np.float64]
 Equations = list[tuple[Any, Any]]

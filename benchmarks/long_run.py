@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, table
-from eomgen.runtime.methods import terms_of
-from eomgen.runtime.model import Model
-from eomgen.runtime.solution import Solution
+from eomgen.compiled.model import Model
+from eomgen.integrators.methods import terms_of
+from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]
 ROWS = 10_000

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.specification import default_settings
-from eomgen.runtime.model import Model
-from eomgen.runtime.stepping import Stepper
+from eomgen.compiled.model import Model
+from eomgen.integrators.stepper_data import default_settings
+from eomgen.simulation.stepper import Stepper
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.scene.force import Effort
-from eomgen.scene.formula_nodes import ZERO, Symbol
-from eomgen.scene.joint import Joint
-from eomgen.scene.reader import load
+from eomgen.scene.forces.model import Effort
+from eomgen.scene.formula.nodes import ZERO, Symbol
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.load import load
 from eomgen.scene.scene import Input, Scene
 
 Array = NDArray[np.float64]

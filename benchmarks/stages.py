@@ -33,15 +33,15 @@ class Lap:
 def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str, mark: str) -> dict[str, float]:
     """Go through the stages by hand; return CPU seconds of each, CPU and wall seconds of all, and kB of C."""
     lap = Lap()
-    from eomgen.build.builder import Builder
     from eomgen.codegen.convert import to_program
-    from eomgen.codegen.interface import INTERFACE_CDEF
-    from eomgen.codegen.layout import interface_layout
-    from eomgen.codegen.render import generate_files, generate_interface
-    from eomgen.integrators.specification import method_data
+    from eomgen.codegen.metadata import interface_layout
+    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+    from eomgen.codegen.targets.c.target import generate_files, generate_interface
+    from eomgen.integrators.methods import method_named
+    from eomgen.integrators.stepper_data import method_data
     from eomgen.mechanics.derive import derive
-    from eomgen.runtime.methods import method_named
-    from eomgen.scene.reader import load
+    from eomgen.scene.load import load
+    from eomgen.toolchain.builder import Builder
 
     seconds = {"import": lap()}
     scene = load(urdf, root=root, lock=lock)

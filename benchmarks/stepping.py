@@ -25,8 +25,8 @@ from scipy.integrate import solve_ivp
 import eomgen
 from benchmarks.measure import figure, machine, pin_to_core, table
 from benchmarks.robots import ROBOTS, urdf
-from eomgen.runtime.model import Model
-from eomgen.runtime.solution import Solution
+from eomgen.compiled.model import Model
+from eomgen.results.solution import Solution
 from eomgen.scene.scene import Scene
 
 Array = NDArray[np.float64]

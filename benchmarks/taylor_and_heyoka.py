@@ -26,11 +26,11 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, pin_to_core, table
-from eomgen.pipeline import derive
-from eomgen.runtime.methods import method_named
-from eomgen.runtime.model import Model
-from eomgen.runtime.run_settings import stepper_settings
-from eomgen.runtime.stepping import Stepper
+from eomgen.compiled.model import Model
+from eomgen.integrators.methods import method_named
+from eomgen.pipeline.pipeline import derive
+from eomgen.simulation.settings import stepper_settings
+from eomgen.simulation.stepper import Stepper
 
 Array = NDArray[np.float64]
 TARGETS = (1e-6, 1e-9, 1e-12)

@@ -26,11 +26,11 @@ from benchmarks.programs import FLAGS, default_folder, timing_program
 from benchmarks.robots import ROBOTS, STATES, Array, scene
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import ProgramFunction
-from eomgen.codegen.render import generate_files
+from eomgen.codegen.targets.c.target import generate_files
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system import System
+from eomgen.system.system import System
 
 TOLERANCE = 1e-10
 #: Functions that are timed; the first of each group is what the others are divided by.

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.runtime.model import Model
-from eomgen.runtime.solution import Solution
+from eomgen.compiled.model import Model
+from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]
 MASS, GRAVITY = 15.0, 9.81

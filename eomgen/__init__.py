@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -21,22 +22,21 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
-    from eomgen.pipeline import build, derive, generate, load
-    from eomgen.runtime.model import Model
-    from eomgen.runtime.solution import Solution
+    from eomgen.pipeline.pipeline import build, derive, generate, load
+    from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
     from eomgen.scene.scene import Scene
-    from eomgen.system import System
+    from eomgen.system.system import System
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline"),
-    "Model": "eomgen.runtime.model",
-    "Solution": "eomgen.runtime.solution",
+    **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
+    "Model": "eomgen.compiled.model",
+    "Solution": "eomgen.results.solution",
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",
-    "System": "eomgen.system",
+    "System": "eomgen.system.system",
     **dict.fromkeys(
         (
             "DescriptionError", "EomgenError", "FileError", "ModelError",

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.names import nearest, shown
-from eomgen.scene.term_names import meant_term
+from eomgen.system.terms import meant_term
+from eomgen.text import nearest, shown
 
 P = ParamSpec("P")
 R = TypeVar("R")

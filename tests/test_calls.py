@@ -13,8 +13,8 @@ import pytest
 
 import eomgen
 from eomgen.calls import OF_MODELS, UnknownAttribute, UnknownName, checked_call
-from eomgen.scene.term_names import TERMS, meant_term, nearest_term
-from tests.runtime.scenes import PENDULUM_TOML, pendulum, pendulum_scene
+from eomgen.system.terms import TERMS, meant_term, nearest_term
+from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
 
 CART = {
     "format": 1, "name": "cart", "bodies": {"cart": {"mass": 1}},

@@ -151,7 +151,7 @@ print(run.success, [name for name in ("sympy", "jinja2", "scipy", "matplotlib", 
 
 
 def test_a_cached_model_runs_without_sympy(tmp_path: Path) -> None:
-    from tests.runtime.scenes import PENDULUM_TOML
+    from tests.models.scenes import PENDULUM_TOML
 
     path = tmp_path / "scene.toml"
     path.write_text(PENDULUM_TOML, encoding="utf-8")
@@ -165,5 +165,5 @@ def test_a_cached_model_runs_without_sympy(tmp_path: Path) -> None:
 
 
 def test_the_public_function_build_survives_the_import_of_the_folder_of_that_name() -> None:
-    code = "import eomgen.build.cache, eomgen; from eomgen.build import cache; print(eomgen.build.__name__, cache.Cache.__name__)"
+    code = "import eomgen.toolchain.cache, eomgen; from eomgen.build import cache; print(eomgen.build.__name__, cache.Cache.__name__)"
     assert _run(code).split() == ["build", "Cache"]

@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.assembly import constrained, ready
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.assemble import from_data
+from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.scene.document.assemble import from_data
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system import System
+from eomgen.system.system import System
 
 Data = dict[str, Any]
 TERMS = ("mass", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size", "residual")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.runtime.conftest import shared_cache
-from tests.runtime.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, pendulum, pendulum_scene
+from tests.models.cache import shared_cache
+from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, pendulum, pendulum_scene
 
 __all__ = ["shared_cache"]
 

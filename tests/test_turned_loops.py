@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.assembly import constrained, ready
-from eomgen.integrators.consistency import EPSILON
 from eomgen.mechanics.derive import derive
-from eomgen.scene.assemble import from_data
-from eomgen.system import System
+from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.scene.document.assemble import from_data
+from eomgen.solvers.consistency import EPSILON
+from eomgen.system.system import System
 from tests.oracles.placed_loops import (
     AXIS,
     CLOSINGS,

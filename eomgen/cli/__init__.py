@@ -52,7 +52,7 @@ class _Verbs(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:  # fmt: skip
         if args and args[0] not in VERBS and not args[0].startswith("-"):
-            from eomgen.scene.names import nearest, shown  # noqa: PLC0415  # for a mistake only
+            from eomgen.text import nearest, shown  # noqa: PLC0415  # for a mistake only
 
             raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", nearest(args[0], list(VERBS))))
         return super().resolve_command(ctx, args)

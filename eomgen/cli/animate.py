@@ -13,7 +13,7 @@ from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.runtime.solution import Solution
+    from eomgen.results.solution import Solution
 
 
 @click.command()
@@ -26,8 +26,8 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
     A run that fails or is interrupted is shown as far as it came; the exit code is then 6 or 130.
     """
-    from eomgen.runtime.animation import check_name  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.runtime.files import make_folder  # noqa: PLC0415
+    from eomgen.files import make_folder  # noqa: PLC0415
+    from eomgen.results.animation import check_name  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     target = check_name(Path(path))
     make_folder(target.parent)
@@ -38,7 +38,7 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
 
 def _stored(path: str) -> Solution:
-    from eomgen.runtime.solution import Solution  # noqa: PLC0415
+    from eomgen.results.solution import Solution  # noqa: PLC0415
 
     context = click.get_current_context()
     given = [

@@ -13,8 +13,8 @@ from eomgen.cli.printing import building, finite, print_json, print_table, say
 from eomgen.cli.running import read_scene
 
 if TYPE_CHECKING:
-    from eomgen.runtime.equilibrium import Equilibrium
-    from eomgen.runtime.model import Model
+    from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.compiled.model import Model
 
 _SHOWN = 40
 
@@ -31,7 +31,7 @@ _SHOWN = 40
 @debug_option
 def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_json: bool, **options: Any) -> int:
     """Find where a SCENE comes to rest near its initial state, its base held where it is at a time."""
-    from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     described = read_scene(scene, options)
     with building(described.name):
@@ -39,7 +39,7 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     found = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
     data = _described(model, found)
     if path is not None:
-        from eomgen.runtime.files import write_text  # noqa: PLC0415
+        from eomgen.files import write_text  # noqa: PLC0415
 
         write_text(Path(path), json.dumps(finite(data), indent=2) + "\n")
     if as_json:

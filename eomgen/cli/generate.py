@@ -31,7 +31,7 @@ def generate(
     as_json: bool,
 ) -> None:
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
-    from eomgen import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
 
     described = pipeline.load(
         scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates

@@ -12,7 +12,7 @@ from eomgen.cli.options import debug_option, json_option, scene_options, terms_o
 from eomgen.cli.printing import console, counted, print_json, print_table
 
 if TYPE_CHECKING:
-    from eomgen.system import Discontinuity, System
+    from eomgen.system.system import Discontinuity, System
 
 
 @click.command()
@@ -33,7 +33,7 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.pipeline import derive, load  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import derive, load  # noqa: PLC0415
 
     described_scene = load(
         scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates

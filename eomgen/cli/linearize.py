@@ -15,8 +15,8 @@ from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
     from eomgen.linear.linearization import Linearization
-    from eomgen.runtime.model import Model
 
 _SHOWN = 40
 _POINTS = 600
@@ -50,7 +50,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
         raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
-    from eomgen.runtime.linear_files import described  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.results.linear_files import described  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     data = described(lin, request.model.name)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
@@ -66,7 +66,7 @@ class _Request:
     """A scene and where its linear model is wanted."""
 
     def __init__(self, path: str, options: dict[str, Any]) -> None:
-        from eomgen import pipeline  # noqa: PLC0415
+        from eomgen.pipeline import pipeline  # noqa: PLC0415
 
         self.at, self.time = _state(options.pop("at")), options.pop("time")
         self.any_kind = options.pop("any_kind")
@@ -86,7 +86,7 @@ class _Request:
         if isinstance(self.at, float):
             run = self.model.simulate(self.at, parameters=parameters, initial=self.initial, inputs=self.inputs or None)
             return run.linearize(self.at)
-        from eomgen.runtime.roots import state_of  # noqa: PLC0415
+        from eomgen.analysis.root_locus import state_of  # noqa: PLC0415
 
         initial: Any = self.initial
         if before is not None and self.at != "initial":
@@ -106,9 +106,9 @@ class _Request:
 
         import numpy as np  # noqa: PLC0415
 
+        from eomgen.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.linear.root_locus import root_locus  # noqa: PLC0415
-        from eomgen.runtime import linear_files, linear_plots  # noqa: PLC0415
-        from eomgen.runtime.files import make_folder, write_text  # noqa: PLC0415
+        from eomgen.results import linear_files, linear_plots  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()
         low, high = band or _span(lin)
@@ -132,7 +132,7 @@ class _Request:
 
     def _units(self) -> dict[str, str]:
         """Return the units of inputs, outputs, coordinates and velocities by the names that responses use."""
-        from eomgen.runtime.coordinates import component_names  # noqa: PLC0415
+        from eomgen.compiled.coordinates import component_names  # noqa: PLC0415
 
         units = {item.name: item.unit for item in self.model.scene.inputs}
         for item in self.model.library.layout["outputs"]:
@@ -144,7 +144,7 @@ class _Request:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    from eomgen.runtime.linear_plots import degrees  # noqa: PLC0415
+    from eomgen.results.linear_plots import degrees  # noqa: PLC0415
 
     modes = lin.modes()
     rows = []

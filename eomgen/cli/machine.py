@@ -15,7 +15,7 @@ from eomgen.errors import ToolchainError
 @debug_option
 def schema() -> None:
     """Print the JSON Schema of scene files, for editors and checkers."""
-    from eomgen.scene.json_schema import json_schema  # noqa: PLC0415  # pydantic comes with it
+    from eomgen.scene.document.json_schema import json_schema  # noqa: PLC0415  # pydantic comes with it
 
     click.echo(json_schema(), nl=False)
 
@@ -26,7 +26,7 @@ def schema() -> None:
 @debug_option
 def doctor(quiet: bool, as_json: bool) -> int:
     """Examine what building a model needs, and say what mends what is broken."""
-    from eomgen.build.doctor import examine  # noqa: PLC0415  # looks for the compiler
+    from eomgen.toolchain.doctor import examine  # noqa: PLC0415  # looks for the compiler
 
     checks = [check for check in examine() if not (quiet and check.ok)]
     if as_json:

@@ -11,8 +11,8 @@ from eomgen.cli.printing import building, progress_bar
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.runtime.model import Model
-    from eomgen.runtime.solution import Solution
+    from eomgen.compiled.model import Model
+    from eomgen.results.solution import Solution
     from eomgen.scene.scene import Scene
 
 _OF_SCENES = ("strict", "root", "lock", "limits", "friction", "coordinates")
@@ -28,7 +28,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     options : dict
         Of ``scene_options`` and ``run_options``; those of the scene are taken out of it.
     """
-    from eomgen import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
@@ -41,7 +41,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
 def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a checkpoint."""
-    from eomgen import pipeline  # noqa: PLC0415
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     resumed, t_end = options.get("resume"), options["t_end"]
     shared = {name: options[name] for name in _OPEN if name in options}
@@ -57,7 +57,7 @@ def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
 
 def _method_of(file: str, given: dict[str, Any]) -> str:
     """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
-    from eomgen.runtime.checkpoint import Checkpoint  # noqa: PLC0415
+    from eomgen.simulation.checkpoint import Checkpoint  # noqa: PLC0415
 
     settled = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
     if settled:

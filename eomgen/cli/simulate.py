@@ -12,8 +12,8 @@ from eomgen.cli.printing import counted, finite, print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
 
 if TYPE_CHECKING:
-    from eomgen.runtime.model import Model
-    from eomgen.runtime.solution import Solution
+    from eomgen.compiled.model import Model
+    from eomgen.results.solution import Solution
 
 
 @click.command()
@@ -31,7 +31,7 @@ def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
-    from eomgen.runtime.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
@@ -49,11 +49,11 @@ def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 def _write(solution: Solution, folder: Path, plots: bool) -> list[Path]:
     import json  # noqa: PLC0415
 
-    from eomgen.runtime.files import write_text  # noqa: PLC0415
+    from eomgen.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
     if plots:
-        from eomgen.runtime.plots import draw  # noqa: PLC0415  # matplotlib comes with it
+        from eomgen.results.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         files += draw(solution, folder)
     summary = folder / "summary.json"

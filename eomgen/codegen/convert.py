@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen import __version__
-from eomgen.codegen.loops import program_loop
-from eomgen.codegen.names import check_identifier, check_prefix, mangle, output_name
 from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCurve, ProgramFunction
-from eomgen.codegen.recurrence_functions import series_functions
-from eomgen.codegen.schedule import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.codegen.scheduling.maps import program_loop
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.codegen.series.functions import series_functions
+from eomgen.codegen.targets.c.naming import check_identifier, check_prefix, mangle, output_name
 from eomgen.errors import ModelError
-from eomgen.integrators.jumps import jump_data
-from eomgen.integrators.specification import SERIES_FAMILIES
-from eomgen.integrators.taylor import MAX_ORDER, TAYLOR
+from eomgen.integrators.families.taylor import MAX_ORDER, TAYLOR
+from eomgen.integrators.step_splitting import jump_data
+from eomgen.integrators.stepper_data import SERIES_FAMILIES
 from eomgen.symbolic.operations import CurveLike, Op
-from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
+from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 
 #: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
 WORKSPACE_LIMIT = 500_000

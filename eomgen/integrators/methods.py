@@ -1,269 +1,139 @@
-"""Methods as data with a conscience: exact coefficients, declared order, needs and source, checked when they are made.
-
-Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and Cardona,
-Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.
-Equations of first order beside them: Jansen, Whiting and Hulbert, Comput. Methods Appl. Mech. Engrg. 190 (2000) 305.
-Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
-"""
+"""The names under which callers know the integration methods, and the parameters that go with them."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from fractions import Fraction
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.coefficients import Coefficients
-from eomgen.integrators.hermite import Hermite
-from eomgen.integrators.needs import FactsLike, Need
-from eomgen.integrators.taylor import Taylor
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
+from eomgen.integrators.families.generalized_alpha import INDEX_3, RUNGE_KUTTA_MUNTHE_KAAS_4, STABILISED, GeneralizedAlpha, Method
+from eomgen.integrators.families.hermite import Hermite
+from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
+from eomgen.integrators.families.taylor import Taylor
+from eomgen.text import nearest, shown
 
-GENERALIZED_ALPHA = "generalized_alpha"
-RKMK = "rkmk"
+#: Generalized-alpha by name: the form that keeps constraints, and how an increment is put on the group.
+_GENERALIZED_ALPHA: Mapping[str, dict[str, Any]] = {
+    "generalized_alpha": {},
+    "generalized_alpha_f1": {"variant": "F1"},
+    "generalized_alpha_f2": {"variant": "F2"},
+    "generalized_alpha_spatial": {"variant": "spatial"},
+    "generalized_alpha_index3": {"form": "index3"},
+    "generalized_alpha_index3_f1": {"form": "index3", "variant": "F1"},
+    "generalized_alpha_index3_f2": {"form": "index3", "variant": "F2"},
+    "generalized_alpha_index3_spatial": {"form": "index3", "variant": "spatial"},
+}
+
+#: Its named cases, and the parameters that each takes.
+_CASES: Mapping[str, tuple[str, ...]] = {
+    "hht": ("alpha", "rho_inf"),
+    "wbz": ("alpha", "rho_inf"),
+    "newmark": ("alpha", "beta", "gamma"),
+    "trapezoidal": (),
+}
+#: All methods with parameters of their own.
+_TAKES: Mapping[str, tuple[str, ...]] = {**_CASES, "taylor": ("order", "tolerance"), "hermite": ()}
+_MAKERS: Mapping[str, Callable[..., Coefficients]] = {"hht": hht, "wbz": wbz, "newmark": newmark, "trapezoidal": trapezoidal}
+_INDEX_3 = "_index3"
+#: All parameters that some method takes.
+PARAMETERS = ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")
+
+#: Terms of constraints that steppers call, or that bring a state onto the constraints.
+_KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
+
+#: Every name, and the one it stands for.
+METHOD_NAMES: Mapping[str, str] = {
+    **{name: name for name in _GENERALIZED_ALPHA},
+    "chung_hulbert": "generalized_alpha",
+    **{name + ending: name + ending for name in _CASES for ending in ("", _INDEX_3)},
+    "average_acceleration": "trapezoidal",
+    "rk4": "rk4",
+    "rkmk4": "rk4",
+    "runge_kutta": "rk4",
+    "rk4_partitioned": "rk4_partitioned",
+    "partitioned": "rk4_partitioned",
+    "hermite": "hermite",
+    "taylor": "taylor",
+}
 
 
-_UNCONSTRAINED = Need(
-    "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
+def canonical_name(name: str) -> str:
+    """Return the name of a method that an alias stands for. Raises UsageError with the nearest names."""
+    key = str(name).lower().replace("-", "_")
+    if key not in METHOD_NAMES:
+        raise UsageError(Problem("method", f"there is no method {shown(str(name))}", nearest(key, METHOD_NAMES)))
+    return METHOD_NAMES[key]
 
 
-_CONDITIONALLY_STABLE = Need(
-    "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
-    "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
-)  # fmt: skip
-_SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
+def method_named(
+    name: str, rho_inf: float | None = 0.8, alpha: float | None = None, beta: float | None = None, gamma: float | None = None,
+    order: float | None = None, tolerance: float | None = None,
+) -> Method:  # fmt: skip
+    """Return a method with its parameters; what is None is left to the method, what it does not take is ignored.
 
-
-#: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
-INDEX_3, STABILISED = "index3", "stabilised"
-#: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both accelerations.
-#: ``spatial``: one exponential, and what a step takes over from the last one is carried along with its rotation.
-SPATIAL = "spatial"
-VARIANTS = ("F0", "F1", "F2", SPATIAL)
-#: Largest spectral radius at which index 3 is known to damp what its start excites, and where it is known to fail.
-INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
-
-
-@dataclass(frozen=True)
-class GeneralizedAlpha:
-    """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named case.
-
-    Parameters
-    ----------
-    rho_inf : float
-        0 (asymptotic annihilation) to 1 (no dissipation); below 0.99 in index 3. Raises UsageError outside.
-    form : str
-        For constrained systems: ``stabilised`` (index 2: constraints and their rates hold at every step) or ``index3``
-        (constraints hold, their rates to second order only).
-    variant : str
-        ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in exponentials
-        of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that does not
-        turn with the body.
-    case : Coefficients, optional
-        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, whatever was said.
+    Raises
+    ------
+    UsageError
+        An unknown name, or a parameter out of its range, with the reason.
     """
-
-    rho_inf: float = 0.9
-    form: str = STABILISED
-    variant: str = "F0"
-    case: Coefficients | None = None
-    family: str = field(default=GENERALIZED_ALPHA, init=False)
-    order: int = field(default=2, init=False)
-    source: str = field(default=_SOURCE, init=False)
-    needs: tuple[Need, ...] = field(default=(), init=False)
-
-    def __post_init__(self) -> None:
-        if self.case is not None:
-            self._take(self.case)
-        elif not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
-            raise UsageError(
-                Problem(
-                    "method.rho_inf", f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
-                    "0.9 for mild numerical damping, 1 for none, 0 for the most",
-                )
-            )  # fmt: skip
-        for key, value, known in (("form", self.form, (STABILISED, INDEX_3)), ("variant", self.variant, VARIANTS)):
-            if value not in known:
-                raise UsageError(Problem(f"method.{key}", f"there is no {key} {value!r}", f"one of {', '.join(known)}"))
-        if self.form == INDEX_3 and self.rho_inf >= INDEX_3_REFUSED_RHO:
-            self._refuse_index_3()
-        self._check()
-
-    def _take(self, case: Coefficients) -> None:
-        """Let order, source, needs and spectral radius be those of a named case."""
-        values: dict[str, object] = {"order": case.order, "source": f"{case.source}; {_SOURCE}"}
-        values["rho_inf"] = case.radius_at_infinity
-        if not case.unconditionally_stable:
-            values["needs"] = (*self.needs, _CONDITIONALLY_STABLE)
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-
-    def _refuse_index_3(self) -> None:
-        what = (
-            f"index 3 does not bear a spectral radius of {self.rho_inf:g}: on the fast heavy top Newton's iteration "
-            "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers"
-        )
-        hint = "form stabilised, which runs at any radius, or a radius of at most 0.9"
-        if self.case is not None:
-            what = (
-                f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable then: "
-                "nothing damps the errors of the multipliers, which alternate from step to step and grow"
-            )
-            hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
-        raise UsageError(Problem("method.rho_inf", what, hint))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a user of these settings should know, one sentence each."""
-        if self.case is not None and not self.case.unconditionally_stable:
-            return (
-                f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular frequency stays below "
-                f"{self.case.largest_phase:.4g}",
-            )
-        if self.form == INDEX_3 and self.rho_inf > INDEX_3_SAFE_RHO:
-            return (
-                f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its start live "
-                "for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form",
-            )
-        return ()
-
-    @property
-    def parameters(self) -> dict[str, Fraction]:
-        """What the compiled stepper takes: the spectral radius, or the four coefficients of a named case."""
-        if self.case is None:
-            return {"rho_inf": self.rho}
-        return {"alpha_m": self.alpha_m, "alpha_f": self.alpha_f, "beta": self.beta, "gamma": self.gamma}
-
-    @property
-    def rho(self) -> Fraction:
-        """The spectral radius as the decimal number that was written."""
-        return Fraction(repr(float(self.rho_inf)))
-
-    @property
-    def alpha_m(self) -> Fraction:
-        return (2 * self.rho - 1) / (self.rho + 1) if self.case is None else self.case.alpha_m
-
-    @property
-    def alpha_f(self) -> Fraction:
-        return self.rho / (self.rho + 1) if self.case is None else self.case.alpha_f
-
-    @property
-    def gamma(self) -> Fraction:
-        return Fraction(1, 2) + self.alpha_f - self.alpha_m if self.case is None else self.case.gamma
-
-    @property
-    def beta(self) -> Fraction:
-        return (self.gamma + Fraction(1, 2)) ** 2 / 4 if self.case is None else self.case.beta
-
-    @property
-    def rate_alpha_m(self) -> Fraction:
-        """What alpha_m is to internal states z, equations of first order (Jansen, Whiting and Hulbert 2000); a case's own."""
-        return (3 * self.rho - 1) / (2 * (self.rho + 1)) if self.case is None else self.case.alpha_m
-
-    @property
-    def rate_gamma(self) -> Fraction:
-        return Fraction(1, 2) + self.alpha_f - self.rate_alpha_m if self.case is None else self.case.gamma
-
-    @property
-    def rate_gain(self) -> Fraction:
-        """Change of zdot with (z - z_n)/step."""
-        return (1 - self.rate_alpha_m) / (self.rate_gamma * (1 - self.alpha_f))
-
-    def _check(self) -> None:
-        if self.case is not None:
-            return
-        _hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
-        _hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
-        _hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
-        optimal = Coefficients("chung_hulbert", self.alpha_m, self.alpha_f, self.beta, self.gamma, _SOURCE)
-        _hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
-        at_infinity = max(self.alpha_f / (1 - self.alpha_f), abs(1 - self.rate_gamma) / self.rate_gamma)
-        _hold("the same for internal states", at_infinity == self.rho)
+    name = canonical_name(name)
+    if name == "rk4":
+        return RUNGE_KUTTA_MUNTHE_KAAS_4
+    if name == "rk4_partitioned":
+        return PARTITIONED_RUNGE_KUTTA_4
+    if name == "hermite":
+        return Hermite()
+    if name == "taylor":
+        said = {"tolerance": tolerance, "order": order}
+        return Taylor(**{key: value for key, value in said.items() if value is not None})  # type: ignore[arg-type]  # checked there
+    case = name.removesuffix(_INDEX_3)
+    if case not in _CASES:
+        return GeneralizedAlpha(rho_inf=0.8 if rho_inf is None else rho_inf, **_GENERALIZED_ALPHA[name])
+    given = {"rho_inf": None if alpha is not None else rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma}
+    coefficients = _MAKERS[case](**{key: given[key] for key in _CASES[case]})
+    return GeneralizedAlpha(form=INDEX_3 if name != case else STABILISED, case=coefficients)
 
 
-@dataclass(frozen=True)
-class RungeKuttaMuntheKaas:
-    """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
+def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
+    """Return the parameters of a method: those given, else the scene's, as far as the method takes them.
 
-    Attributes
-    ----------
-    A, b, c : exact fractions
-        The tableau; stage i uses stages before it only.
-    commutators : int
-        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an order p
-        needs p - 2 of them.
+    Raises
+    ------
+    UsageError
+        A parameter is given that the method does not take, or two that say the same.
     """
-
-    A: tuple[tuple[Fraction, ...], ...]
-    b: tuple[Fraction, ...]
-    c: tuple[Fraction, ...]
-    order: int
-    commutators: int
-    source: str
-    family: str = field(default=RKMK, init=False)
-    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
-
-    def __post_init__(self) -> None:
-        A, b, c = self.A, self.b, self.c
-        stages = range(len(b))
-        _hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
-        _hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
-        _hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
-        _hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
-        Ac = [sum((A[i][j] * c[j] for j in stages), Fraction(0)) for i in stages]
-        Acc = [sum((A[i][j] * c[j] ** 2 for j in stages), Fraction(0)) for i in stages]
-        AAc = [sum((A[i][j] * Ac[j] for j in stages), Fraction(0)) for i in stages]
-        conditions = [
-            (1, "sum b = 1", b, Fraction(1)),
-            (2, "sum b c = 1/2", [b[i] * c[i] for i in stages], Fraction(1, 2)),
-            (3, "sum b c^2 = 1/3", [b[i] * c[i] ** 2 for i in stages], Fraction(1, 3)),
-            (3, "sum b A c = 1/6", [b[i] * Ac[i] for i in stages], Fraction(1, 6)),
-            (4, "sum b c^3 = 1/4", [b[i] * c[i] ** 3 for i in stages], Fraction(1, 4)),
-            (4, "sum b c A c = 1/8", [b[i] * c[i] * Ac[i] for i in stages], Fraction(1, 8)),
-            (4, "sum b A c^2 = 1/12", [b[i] * Acc[i] for i in stages], Fraction(1, 12)),
-            (4, "sum b A A c = 1/24", [b[i] * AAc[i] for i in stages], Fraction(1, 24)),
-        ]
-        _hold("an order that the conditions here cover: 1 to 4", 1 <= self.order <= 4)
-        for order, text, terms, target in conditions:
-            if order <= self.order:
-                _hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
+    name = canonical_name(name)
+    said = {key: value for key, value in given.items() if value is not None}
+    explicit = name.startswith("rk4")
+    takes = () if explicit else _TAKES.get(name.removesuffix(_INDEX_3), ("rho_inf",))
+    for key in said:
+        if key not in takes and not (explicit and key == "rho_inf"):  # no numerical damping is what explicit methods have anyway
+            raise UsageError(Problem(key, f"{name} takes no {key}", f"only {', '.join(takes)}" if takes else "leave it out"))
+    if {"alpha", "rho_inf"} <= set(said):
+        what = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
+        raise UsageError(Problem("alpha", what, "one of them"))
+    return said or {key: value for key in takes if (value := scene.get(key)) is not None}
 
 
-Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor | Hermite
+def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:
+    """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states.
 
-def check_needs(method: Method, facts: FactsLike) -> None:
-    """Raise ModelError naming every need of the method that the system does not meet."""
-    problems = [
-        Problem(
-            "method",
-            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason}",
-            need.alternative,
-        )
-        for need in method.needs
-        if bool(getattr(facts, need.fact)) is not need.value
-    ]
-    if problems:
-        raise ModelError(problems)
-
-
-def _hold(text: str, true: bool) -> None:
-    if not true:
-        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
-
-
-_HALF, _ZERO = Fraction(1, 2), Fraction(0)
-
-RUNGE_KUTTA_MUNTHE_KAAS_4 = RungeKuttaMuntheKaas(
-    A=(
-        (_ZERO, _ZERO, _ZERO, _ZERO),
-        (_HALF, _ZERO, _ZERO, _ZERO),
-        (_ZERO, _HALF, _ZERO, _ZERO),
-        (_ZERO, _ZERO, Fraction(1), _ZERO),
-    ),
-    b=(Fraction(1, 6), Fraction(1, 3), Fraction(1, 3), Fraction(1, 6)),
-    c=(_ZERO, _HALF, _HALF, Fraction(1)),
-    order=4,
-    commutators=2,
-    source="Munthe-Kaas 1999, with the classical tableau of Kutta 1901",
-)
+    ``mass``: whether the inertia matrix is at hand; long trees leave it out, and series take forward dynamics then.
+    """
+    if internal:
+        implicit = () if canonical_name(name) in ("rk4", "rk4_partitioned", "taylor", "hermite") else ("equations", "iteration")
+        left_out = ("residual", "partials") if implicit else ()
+        mechanical = [term for term in terms_of(name, constrained, False, mass) if term not in left_out]
+        return tuple(dict.fromkeys([*mechanical, "internal_rate", *implicit]))
+    if canonical_name(name) == "rk4":
+        return ("forward_dynamics",)
+    if canonical_name(name) in ("taylor", "hermite"):
+        return ("mass", "residual") if mass else ("forward_dynamics",)
+    if canonical_name(name) == "rk4_partitioned":
+        if not constrained:  # it is refused, for a better reason than missing terms
+            return ("residual",)
+        return ("mass", "residual", *_KINEMATIC)
+    if constrained:
+        return ("mass", "residual", *_KINEMATIC, "jacobian_values", "equations", "iteration")
+    return ("forward_dynamics", "residual", "partials")

@@ -7,37 +7,37 @@ from dataclasses import replace
 from functools import reduce
 
 from eomgen.errors import ModelError
-from eomgen.mechanics import terms as separated
-from eomgen.mechanics.absolute import build_absolute_tree
-from eomgen.mechanics.base import base_state, resting_base
-from eomgen.mechanics.beams.matrices import geometric, structural
-from eomgen.mechanics.bodies import accelerations, poses, twists
-from eomgen.mechanics.constraints import ConstraintCalculus, Row, constraint_rows
-from eomgen.mechanics.counted_angles import counted_angles
-from eomgen.mechanics.directions import configuration_directions
-from eomgen.mechanics.energy import energies
-from eomgen.mechanics.forces import applied_loads
-from eomgen.mechanics.formulas import record, symbols
-from eomgen.mechanics.forward import forward_dynamics
-from eomgen.mechanics.grouping import grouped
-from eomgen.mechanics.internal_states import InternalStates, state_formulas
-from eomgen.mechanics.iteration import equations, iteration, jacobian_values
-from eomgen.mechanics.jacobians import body_jacobians
-from eomgen.mechanics.joint_tree import build_tree
-from eomgen.mechanics.joints_as_constraints import AbsoluteQuantities, following_rows, joint_constraint
-from eomgen.mechanics.kinematics import Kinematics
-from eomgen.mechanics.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
-from eomgen.mechanics.loads import Loads
-from eomgen.mechanics.partials import inertial_partials
-from eomgen.mechanics.quantities import Quantities
-from eomgen.mechanics.tape_partials import differentiated_partials
-from eomgen.mechanics.tree import Tree
-from eomgen.scene.formula_nodes import Formula, Number, Symbol
+from eomgen.mechanics.constraints.counted_angles import counted_angles
+from eomgen.mechanics.constraints.joints import AbsoluteQuantities, following_rows, joint_constraint
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
+from eomgen.mechanics.dynamics import separated
+from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
+from eomgen.mechanics.dynamics.energy import energies
+from eomgen.mechanics.dynamics.partials import inertial_partials
+from eomgen.mechanics.dynamics.tape_partials import differentiated_partials
+from eomgen.mechanics.expressions.formulas import record, symbols
+from eomgen.mechanics.forces.applied import applied_loads
+from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
+from eomgen.mechanics.forces.loads import Loads
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.bodies import accelerations, poses, twists
+from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.jacobians import body_jacobians
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.terms.forward_dynamics import forward_dynamics
+from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
+from eomgen.mechanics.terms.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
+from eomgen.mechanics.tree.absolute import build_absolute_tree
+from eomgen.mechanics.tree.base import base_state, resting_base
+from eomgen.mechanics.tree.build import build_tree
+from eomgen.mechanics.tree.grouping import grouped
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.derivatives import forward_partials
+from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
-from eomgen.system import Block
+from eomgen.system.system import Block
 
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
 LONG_TREE = 20_000

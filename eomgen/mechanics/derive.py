@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.base import base_law
-from eomgen.mechanics.beams.constants import described, named_constants
-from eomgen.mechanics.counted_angles import angle_labels
+from eomgen.mechanics.constants import described, named_constants
+from eomgen.mechanics.constraints.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
-from eomgen.mechanics.driver_rates import base_rates, input_rates
 from eomgen.mechanics.extent import extent
-from eomgen.mechanics.inputs import input_signal
-from eomgen.mechanics.rate_terms import OF_RIGID_TREES, RATE_TERMS, rate_blocks
-from eomgen.mechanics.start import absolute_start, joint_start
+from eomgen.mechanics.forces.inputs import input_signal
+from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
+from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
+from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS, rate_blocks
+from eomgen.mechanics.tree.base import base_law
+from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
-from eomgen.scene.unresisted import UNRESISTED
 from eomgen.symbolic.tape import InputSymbol, Op, Tape
-from eomgen.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
+from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 
 #: All terms, with the input blocks each may depend on and what it is.
 TERMS: dict[str, tuple[tuple[str, ...], str]] = {

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from eomgen.scene.corners import Corner, corners, reaches
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.formula.discontinuities import Corner, corners, reaches
+from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.formulas_of_forces import formulas_of_forces
 from eomgen.scene.scene import Scene
-from eomgen.system import Discontinuity, Validity
+from eomgen.system.system import Discontinuity, Validity
 
 
 def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:

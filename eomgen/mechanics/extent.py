@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import chain
 
-from eomgen.scene.formula_nodes import Formula, Number
-from eomgen.scene.joint import ANGLES
+from eomgen.scene.formula.nodes import Formula, Number
+from eomgen.scene.joints.model import ANGLES
 from eomgen.scene.scene import BASE, Scene
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Op

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from eomgen.errors import ModelError
-from eomgen.mechanics.beams.links import attached_along
 from eomgen.mechanics.derive import derive
-from eomgen.scene.beam import KINDS, Beam, Deformation
-from eomgen.scene.evaluate import symbols
-from eomgen.scene.formula_nodes import Number, Symbol
+from eomgen.mechanics.tree.beam_links import attached_along
+from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
+from eomgen.scene.formula.evaluate import symbols
+from eomgen.scene.formula.nodes import Number, Symbol
 from eomgen.scene.scene import Base, Body, Parameter, Rotation, Scene
 
 #: Terms that are compared; each is derived with and without.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.mechanics.tree import Tree
-from eomgen.scene.beam import KINDS, Beam
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.bodies.beam import KINDS, Beam
 from eomgen.scene.scene import Scene
-from eomgen.system import Facts, Function
+from eomgen.system.system import Facts, Function
 
 
 def kept_and_dropped(

@@ -11,8 +11,8 @@ from eomgen.scene.builder_bodies import Bodies
 from eomgen.scene.builder_entries import Rotations, Value
 from eomgen.scene.builder_forces import Forces
 from eomgen.scene.builder_signals import Signals
-from eomgen.scene.names import key_of
 from eomgen.scene.scene import Scene
+from eomgen.text import key_of
 
 
 @checked_calls('a name, eomgen.SceneBuilder("pendulum")', com="center_of_mass", mass_center="center_of_mass", origin="position")
@@ -119,6 +119,6 @@ class SceneBuilder(Bodies, Signals, Forces):
         DescriptionError
             With everything that is wrong, and the lines of the calls.
         """
-        from eomgen.scene.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
+        from eomgen.scene.document.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
 
         return from_data(self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from eomgen.errors import Problem
-from eomgen.scene.names import key_of
+from eomgen.text import key_of
 
 Value = float | str
 _PACKAGE = __name__.partition(".")[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.scene import Scene
 
 

@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_calls, unknown_attribute
-from eomgen.scene.beam import Beam
-from eomgen.scene.constraint import Constraint
-from eomgen.scene.curve import AnyCurve
-from eomgen.scene.feedback import StateFeedback
-from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
-from eomgen.scene.force_elements import Bushing, Tyre
-from eomgen.scene.formula_nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
-from eomgen.scene.joint import SIZES, Joint
-from eomgen.scene.requirements import Requirement
+from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.control.model import StateFeedback
+from eomgen.scene.forces.elements import Bushing, Tyre
+from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
+from eomgen.scene.formula.nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
+from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.reading.requirements import Requirement
 
 BASE = "base"
 WORLD = "world"

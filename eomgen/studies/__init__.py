@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.studies.checking import check
-from eomgen.studies.report import CheckReport, Disagreement, FormReport
+from eomgen.studies.verification.check import check
+from eomgen.studies.verification.report import CheckReport, Disagreement, FormReport
 
 __all__ = ["CheckReport", "Disagreement", "FormReport", "check"]

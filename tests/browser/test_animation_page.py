@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.resources import template_folder
 from tests.browser.chromium import Browser
-from tests.runtime.scenes import breaking
+from tests.models.scenes import breaking
 
 TRICK = "</script><script>document.title='taken'</script><!-- <b>&amp; ${name} @data@ \u2028"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from eomgen.cli import main
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.models.scenes import PENDULUM_TOML
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from tests.runtime.scenes import PENDULUM_TOML, SHAKE
+from tests.models.scenes import PENDULUM_TOML, SHAKE
 
 ROOT = Path(eomgen.__file__).parents[1]
 
@@ -252,7 +252,7 @@ def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(sce
 def test_a_fault_of_ours_is_called_one(
     scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from eomgen import pipeline
+    from eomgen.pipeline import pipeline
 
     def broken(*_: object, **__: object) -> None:
         raise KeyError("lost")

@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.runtime.files import read_arrays
+from eomgen.files import read_arrays
 
 QUARTER_CAR = str(Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml")
 TOP = """\

@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import VERBS, main
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.models.scenes import PENDULUM_TOML
 
 
 @pytest.fixture

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.build.builder import Builder
-from eomgen.build.cache import Cache
-from eomgen.build.library import Library
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.interface import INTERFACE_CDEF
-from eomgen.codegen.layout import interface_layout
+from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program
-from eomgen.codegen.render import generate_files, generate_interface
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.symbolic.tape import Op, Tape
-from eomgen.system import Block, Factor, Facts, Function, Quantity, System
+from eomgen.system.system import Block, Factor, Facts, Function, Quantity, System
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.library import Library
 
 
 def make_system(name: str, tape: Tape, functions: Sequence[Function], **changes: object) -> System:

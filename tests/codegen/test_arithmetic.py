@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.tape import UNARY, Op, Ref, Tape
-from eomgen.system import Block, Function, System
+from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_system, make_system
 
 SIZE = 11

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eomgen.codegen.names import check_prefix, comment, mangle, output_name
+from eomgen.codegen.targets.c.naming import check_prefix, comment, mangle, output_name
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import TERMS
 from eomgen.resources import template_folder

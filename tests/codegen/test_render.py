@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.layout import interface_layout
-from eomgen.codegen.render import generate_files, generate_interface, write_folder
+from eomgen.codegen.metadata import interface_layout
+from eomgen.codegen.targets.c.target import generate_files, generate_interface, write_folder
 from eomgen.errors import FileError
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import Op, Tape
-from eomgen.system import Block, Function, Quantity, System
+from eomgen.system.system import Block, Function, Quantity, System
 from tests.codegen.hand_made import call, compile_program, make_system, pendulum
 from tests.codegen.test_schedule import tangled
 
@@ -144,7 +144,7 @@ def test_bytes_do_not_depend_on_the_hash_seed() -> None:
     script = (
         "import hashlib\n"
         "from eomgen.codegen.convert import to_program\n"
-        "from eomgen.codegen.render import generate_files, generate_interface\n"
+        "from eomgen.codegen.targets.c.target import generate_files, generate_interface\n"
         "from tests.codegen.test_schedule import tangled\n"
         "program = to_program(tangled(), part_limit=50)\n"
         "files = generate_files(program, file_limit=300)\n"

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.codegen import schedule as scheduling
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.rolling import find_rolls
+from eomgen.codegen.scheduling import scheduler as scheduling
+from eomgen.codegen.scheduling.rerolling import find_rolls
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
-from eomgen.system import Block, Factor, Function, System
+from eomgen.system.system import Block, Factor, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain
 

@@ -12,11 +12,11 @@ import pytest
 from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import Program
-from eomgen.codegen.render import generate_files
+from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
-from eomgen.system import BASE_LAYOUT, Block, Function, System
+from eomgen.system.system import BASE_LAYOUT, Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system, pendulum
 
 

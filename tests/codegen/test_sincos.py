@@ -9,9 +9,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.codegen.render import template_folder
+from eomgen.codegen.targets.c.target import template_folder
 from eomgen.symbolic.tape import Op, Tape
-from eomgen.system import Block, Function
+from eomgen.system.system import Block, Function
 from tests.codegen.hand_made import call, compile_system, make_system
 
 HEADER = (template_folder() / "c" / "eomgen_real.h.jinja").read_text(encoding="utf-8")

@@ -10,11 +10,11 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.names import c_string
-from eomgen.codegen.render import generate_files, write_folder
+from eomgen.codegen.targets.c.naming import c_string
+from eomgen.codegen.targets.c.target import generate_files, write_folder
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.build.library import Library
 from eomgen.mechanics.derive import derive
-from eomgen.scene.reader import load
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from eomgen.system import System
+from eomgen.system.system import System
+from eomgen.toolchain.library import Library
 from tests.codegen.hand_made import call, compile_system
 from tests.oracles.evaluation import Array, Evaluate, relative_error
 from tests.oracles.pinocchio_oracle import oracle_from_urdf, robot_file

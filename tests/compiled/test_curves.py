@@ -11,10 +11,10 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.scene.curve import Curve
+from eomgen.scene.formula.piecewise import Curve
 from tests.codegen.hand_made import call, compile_system
 from tests.codegen.test_render import STRICT
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

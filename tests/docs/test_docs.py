@@ -15,14 +15,14 @@ import pytest
 
 import eomgen
 from eomgen.cli import INTERRUPTED, VERBS, commands
+from eomgen.integrators.methods import METHOD_NAMES
 from eomgen.mechanics.derive import derive
-from eomgen.runtime.methods import METHOD_NAMES
-from eomgen.scene.assemble import from_data
-from eomgen.scene.formula_scope import ENERGIES, FUNCTIONS
-from eomgen.scene.json_schema import schema
-from eomgen.scene.reader import load_toml
-from eomgen.scene.schema import SECTIONS
-from tests.runtime.conftest import shared_cache
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.schema import SECTIONS
+from eomgen.scene.formula.scope import ENERGIES, FUNCTIONS
+from eomgen.scene.load import load_toml
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.scene.formula_scope import PARAMETERS
-from eomgen.scene.reference import COMMAND, described, renewed, table, tables
-from eomgen.scene.schema import SECTIONS, Document
-from eomgen.scene.schema_key import Table, every_unit, key, meaning_of
-from eomgen.scene.schema_values import Triple, Value
+from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
+from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.keys import Table, every_unit, key, meaning_of
+from eomgen.scene.reading.kinds import Triple, Value
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
 

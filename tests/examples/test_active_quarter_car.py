@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

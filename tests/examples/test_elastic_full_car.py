@@ -13,8 +13,8 @@ from scipy.integrate import simpson
 
 import eomgen
 from eomgen.cli import main
+from tests.models.cache import shared_cache
 from tests.oracles.elastic_full_car import ACROSS, ALONG, BODY, PITCH, ROLL, TYRE, WHEEL, FullCar, full_car, height
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.models.cache import shared_cache
 from tests.oracles.elastic_pendulum import MIDDLE, TIMES, TIP
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

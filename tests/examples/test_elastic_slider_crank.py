@@ -11,9 +11,9 @@ import pytest
 
 import eomgen
 from eomgen import Model, Solution
+from tests.models.cache import shared_cache
 from tests.oracles.elastic_crank import Crank
 from tests.oracles.test_elastic_crank import SAMPLES, TIMES
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import simpson
 
 import eomgen
+from tests.models.cache import shared_cache
 from tests.oracles.elastic_half_car import half_car
 from tests.oracles.test_elastic_half_car import FREQUENCIES
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 import eomgen
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

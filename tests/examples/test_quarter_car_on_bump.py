@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 import eomgen
 from eomgen import Model, Solution
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

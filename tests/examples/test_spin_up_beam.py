@@ -14,9 +14,9 @@ import pytest
 
 import eomgen
 from eomgen import Solution
+from tests.models.cache import shared_cache
 from tests.oracles.exudyn_beams import spin_up
 from tests.oracles.spin_up_beam import SET_A, SET_B, simulate
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import eomgen
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.models.scenes import PENDULUM_TOML
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.runtime.scenes import PENDULUM_TOML
+from tests.models.scenes import PENDULUM_TOML
 
 OUTCOME = {"stats": {}, "message": "", "success": True, "interrupted": False}
 ARCHIVE = "it is no .npz archive, or not all of one; try: a .npz file of Solution.save"

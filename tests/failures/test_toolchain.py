@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.build.cache import Cache, default_folder
-from eomgen.build.compiler import Compiler, compile_object, find_compiler
-from eomgen.codegen.render import write_folder
-from tests.runtime.scenes import PENDULUM_TOML
+from eomgen.codegen.targets.c.target import write_folder
+from eomgen.toolchain.cache import Cache, default_folder
+from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
+from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
 

@@ -12,15 +12,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.render import generate_files, generate_interface
-from eomgen.integrators.methods import Method
-from eomgen.integrators.specification import method_data
+from eomgen.codegen.targets.c.target import generate_files, generate_interface
+from eomgen.integrators.families.generalized_alpha import Method
+from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
-from eomgen.scene.constraint import Constraint, Frame
-from eomgen.scene.formula_nodes import Number, Operation, Symbol
-from eomgen.scene.joint import Joint
+from eomgen.scene.formula.nodes import Number, Operation, Symbol
+from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Base, Body, Rotation, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.integrators.stepper_models import Stepper, rotation, skew
 
 #: What a stepper of a constrained scene calls, and what the oracle needs besides.

@@ -7,10 +7,9 @@ import ctypes
 import numpy as np
 import pytest
 
-from eomgen.integrators.coefficients import hht, newmark
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.specification import default_settings
-from eomgen.integrators.stepper import integrate
+from eomgen.integrators.families.coefficients import hht, newmark
+from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
+from eomgen.integrators.stepper_data import default_settings
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import SE3
 from tests.integrators.stepper_models import (
@@ -25,6 +24,7 @@ from tests.integrators.stepper_models import (
     shaken,
     tied_body,
 )
+from tests.oracles.stepper import integrate
 
 ALPHA, RKMK = GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4
 METHODS = pytest.mark.parametrize("method", [ALPHA, RKMK], ids=["alpha", "rkmk"])

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.integrators.coefficients import hht, trapezoidal, wbz
-from eomgen.integrators.iteration_matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
-from eomgen.integrators.methods import GeneralizedAlpha
-from eomgen.integrators.samples import samples_of
-from eomgen.integrators.specification import default_settings, row_layout
-from eomgen.integrators.stepper import integrate
-from eomgen.integrators.system_equations import equations_of
+from eomgen.integrators.families.coefficients import hht, trapezoidal, wbz
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.newton.matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
+from eomgen.integrators.newton.samples import samples_of
+from eomgen.integrators.stepper_data import default_settings, row_layout
 from eomgen.lie import product
 from tests.integrators.constrained_models import (
     FAST,
@@ -25,6 +23,8 @@ from tests.integrators.constrained_models import (
     top_solution,
     two_links,
 )
+from tests.oracles.stepper import integrate
+from tests.oracles.system_equations import equations_of
 
 STABILISED, INDEX_3 = GeneralizedAlpha(0.9), GeneralizedAlpha(0.9, "index3")
 PUBLISHED = {"rtol": 1e-8, "atol": 1e-10}

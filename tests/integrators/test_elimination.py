@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError
-from eomgen.integrators.elimination import eliminate
+from eomgen.integrators.newton.elimination import eliminate
 
 
 @pytest.mark.parametrize(

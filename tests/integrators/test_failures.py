@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.specification import default_settings, method_data
-from eomgen.system import Facts
+from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
+from eomgen.integrators.stepper_data import default_settings, method_data
+from eomgen.system.system import Facts
 from tests.integrators.stepper_models import BAD_ARGUMENT, EDGE_PARAMETERS, build, edge, free_motion, tied_body
 
 ALPHA, RKMK = GeneralizedAlpha(0.9), RUNGE_KUTTA_MUNTHE_KAAS_4

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.integrators.elimination import Elimination, eliminate
-from eomgen.integrators.fronts import Fronts, make_fronts
+from eomgen.integrators.newton.elimination import Elimination, eliminate
+from eomgen.integrators.newton.fronts import Fronts, make_fronts
 
 Entries = dict[tuple[int, int], np.ndarray]
 SIZE = 3

@@ -10,7 +10,7 @@ import pytest
 import eomgen
 from eomgen.errors import EomgenError
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha, check_needs
-from eomgen.system import Facts
+from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha, check_needs
+from eomgen.system.system import Facts
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.coefficients import hht, newmark, trapezoidal, wbz
-from eomgen.integrators.methods import GeneralizedAlpha, check_needs
-from eomgen.integrators.stepper import Equations, integrate
-from eomgen.runtime.methods import METHOD_NAMES, method_named, method_parameters
-from eomgen.system import Factor
+from eomgen.integrators.families.coefficients import hht, newmark, trapezoidal, wbz
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha, check_needs
+from eomgen.integrators.methods import METHOD_NAMES, method_named, method_parameters
+from eomgen.system.system import Factor
 from tests.integrators import test_stepper as groups
 from tests.integrators.test_methods import facts
+from tests.oracles.stepper import Equations, integrate
 
 
 def oscillator(frequency=1.0):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.runtime.model import Model
+from eomgen.compiled.model import Model
 
 
 @cache

@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.errors import ModelError
-from eomgen.integrators.methods import GeneralizedAlpha
-from eomgen.integrators.partitioned import PARTITIONED_RUNGE_KUTTA_4
-from eomgen.integrators.specification import method_data
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
+from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
-from eomgen.scene.assemble import from_data
-from eomgen.scene.constraint import Constraint, Frame
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.joints.constraint_model import Constraint, Frame
 from tests.integrators.constrained_models import (
     chain,
     compile_scene,

@@ -10,12 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.integrators.specification import default_settings
-from eomgen.runtime.model import Model
-from eomgen.runtime.preparation import stepper_library
-from eomgen.runtime.stepping import Stepper
+from eomgen.compiled.model import Model
+from eomgen.integrators.stepper_data import default_settings
+from eomgen.simulation.preparation import stepper_library
+from eomgen.simulation.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from eomgen.errors import NumericalError
-from eomgen.integrators.methods import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.stepper import Equations, initial_algorithmic_rates, integrate
-from eomgen.system import Factor
+from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
+from eomgen.system.system import Factor
 from tests.integrators.stepper_models import formula_inputs, heavy_top, rotation, skew, tied_body
+from tests.oracles.stepper import Equations, initial_algorithmic_rates, integrate
 
 METHODS = [GeneralizedAlpha(0.9), GeneralizedAlpha(0.0), GeneralizedAlpha(1.0), RUNGE_KUTTA_MUNTHE_KAAS_4]
 SPATIAL = GeneralizedAlpha(0.9, variant="spatial")

@@ -19,8 +19,8 @@ from scipy.special import ellipj, ellipk, erf
 import eomgen
 from eomgen.errors import EomgenError
 from eomgen.lie import product
-from tests.runtime.conftest import shared_cache
-from tests.runtime.scenes import breaking_scene, flyer_scene, pendulum_scene
+from tests.models.cache import shared_cache
+from tests.models.scenes import breaking_scene, flyer_scene, pendulum_scene
 
 __all__ = ["shared_cache"]
 

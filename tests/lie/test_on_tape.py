@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.lie import numeric, on_tape
+from eomgen.lie import numeric
 from eomgen.lie.groups import SE3, SO3, R3xSO3, real_space
-from eomgen.symbolic.derivatives import forward_partials
+from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import Tape
+from tests.oracles import lie_on_tape as on_tape
 
 
 @pytest.fixture(params=[real_space(2), SO3, SE3, R3xSO3], ids=lambda group: group.name)

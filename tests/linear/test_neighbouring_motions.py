@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.compiled.configuration import with_unit_quaternions
 from eomgen.lie.product import difference, update
 from eomgen.linear.linearization import Linearization
-from eomgen.runtime.configuration import with_unit_quaternions
 from tests.mechanics.test_linearization import drone
 
 Array = np.ndarray

@@ -9,12 +9,12 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Effort, TorsionSpring
-from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.joint import ANGLES, SIZES, Joint, Mimic
-from eomgen.scene.reader import load_toml
+from eomgen.scene.forces.model import Effort, TorsionSpring
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.joints.model import ANGLES, SIZES, Joint, Mimic
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import BASE, Output, Point, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector

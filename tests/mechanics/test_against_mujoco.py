@@ -13,11 +13,11 @@ from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.scene import Scene
-from eomgen.system import System
+from eomgen.system.system import System
+from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.mujoco_oracle import Engine, set_coordinates
 from tests.oracles.states import on_base, random_states
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

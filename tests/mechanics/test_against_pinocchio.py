@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.reader import load
-from eomgen.system import System
+from eomgen.scene.load import load
+from eomgen.system.system import System
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file
 from tests.oracles.robots import panda

@@ -11,9 +11,9 @@ import sympy as sm
 import sympy.physics.mechanics as me
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Effort, Force, Spring
-from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.joint import Joint
+from eomgen.scene.forces.model import Effort, Force, Spring
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Base, Input, Point, Rotation, Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, plus, rigid_body, times, vector

@@ -11,9 +11,9 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.savings import savings
-from eomgen.scene.assemble import from_data
 from eomgen.scene.builder import SceneBuilder
-from eomgen.system import System
+from eomgen.scene.document.assemble import from_data
+from eomgen.system.system import System
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "spin_up_beam" / "scene.toml"
 TERMS = ("mass", "coupling", "base_motion", "inverse_dynamics", "forward_dynamics", "partials")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Force, Spring
-from eomgen.scene.joint import Joint
+from eomgen.scene.forces.model import Force, Spring
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Body, Point, Scene
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, PLANAR, beam_body, chain
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.beam import Beam, Deformation, DeformationKind
-from eomgen.scene.joint import Joint
+from eomgen.scene.bodies.beam import Beam, Deformation, DeformationKind
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Base, Body, Rotation, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, times, vector

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from eomgen.mechanics.beams import links
-from eomgen.mechanics.beams.shape_integrals import ShapeIntegrals, Station
 from eomgen.mechanics.derive import derive
-from eomgen.scene.beam import Beam, Deformation
-from eomgen.scene.joint import Joint
+from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
+from eomgen.mechanics.tree import beam_links as links
+from eomgen.scene.bodies.beam import Beam, Deformation
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Base, Body, Rotation, Scene
 from tests.oracles.beam_on_moving_frame import (
     AXIAL,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.beam import DeformationKind
+from eomgen.scene.bodies.beam import DeformationKind
 from eomgen.scene.scene import Base, Scene
 from tests.mechanics.test_beam_equations import DENSITY, LENGTH, POLAR, Modes, single
 from tests.oracles.evaluation import Array, tape_evaluator

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Force
-from eomgen.scene.joint import Joint
+from eomgen.scene.forces.model import Force
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Body, Scene
 from tests.mechanics.test_beam_energy import damped, state_on_base
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, beam_body

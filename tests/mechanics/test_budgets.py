@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.reader import load
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles import robots
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file

@@ -12,15 +12,15 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.constraint import Frame
-from eomgen.scene.force_elements import Bushing
+from eomgen.scene.forces.elements import Bushing
+from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import BASE, Scene
+from tests.models.cache import shared_cache
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

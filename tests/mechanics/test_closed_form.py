@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.mechanics.base import base_law
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.driver_rates import base_rates
-from eomgen.mechanics.rate_sources import closed_block, inverse_dynamics_rates
-from eomgen.scene.reader import load
+from eomgen.mechanics.rates.drivers import base_rates
+from eomgen.mechanics.terms.rate_sources import closed_block, inverse_dynamics_rates
+from eomgen.mechanics.tree.base import base_law
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from eomgen.scene.term_names import CLOSED_MATRICES
-from eomgen.system import INPUT_BLOCKS, Block, Facts, Function, System
+from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, System
+from eomgen.system.terms import CLOSED_MATRICES
 from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -7,7 +7,7 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joint import Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Base, Body, Rotation, Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, number, rigid_body, times, vector

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.constraint import ROWS
-from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.joint import Joint
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.joints.constraint_model import ROWS
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import BASE, Output, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.constrained import (
     FREEDOMS,
     constraint,

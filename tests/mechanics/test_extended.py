@@ -9,8 +9,8 @@ import pytest
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.iteration import extended_iteration
-from eomgen.scene.force_elements import Slip, Tyre
+from eomgen.mechanics.terms.implicit_step import extended_iteration
+from eomgen.scene.forces.elements import Slip, Tyre
 from eomgen.scene.scene import BASE, Point, Scene
 from eomgen.symbolic.evaluate import evaluate
 from tests.mechanics.test_bushings import random_bushing

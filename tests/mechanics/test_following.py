@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joint import Joint, Mimic
+from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.scene import Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.constrained import constraint
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, value_of, vector

@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula_nodes import ZERO, Number
-from eomgen.scene.reader import load
+from eomgen.scene.formula.nodes import ZERO, Number
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import PinocchioOracle, oracle_from_urdf, oracle_of_tree, robot_file

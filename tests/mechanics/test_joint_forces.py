@@ -12,10 +12,10 @@ from scipy.integrate import quad, solve_ivp
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.system import System
+from eomgen.system.system import System
+from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, random_states
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

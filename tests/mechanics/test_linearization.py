@@ -9,8 +9,8 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Effort
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.forces.model import Effort
+from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Input, Scene
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.random_scenes import point_outputs, random_scene, shaking_base, with_loads

@@ -7,8 +7,8 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.configuration import configuration_seeds
-from eomgen.symbolic.derivatives import forward_partials
+from eomgen.symbolic.calculus.configuration import configuration_seeds
+from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate as evaluate_refs
 from eomgen.symbolic.tape import ONE, InputSymbol
 from tests.oracles.evaluation import relative_error, tape_evaluator
@@ -68,7 +68,7 @@ def test_partials_cost_less_than_differentiating_the_operations(seed: int) -> No
 
 def test_third_direction_of_a_quaternion_is_a_body_direction(rng) -> None:
     """A top's weight changes with a turn about its own axes: K of a spherical pendulum is m g times known geometry."""
-    from eomgen.scene.joint import Joint
+    from eomgen.scene.joints.model import Joint
     from tests.oracles.formulas import rigid_body
 
     body = rigid_body("top", 2.0, (0.1, -0.2, 0.5), (0.3, 0.4, 0.5, 0.0, 0.0, 0.0))

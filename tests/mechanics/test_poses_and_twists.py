@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.mechanics.bodies import constant_quaternion
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.kinematics.bodies import constant_quaternion
 from eomgen.scene.scene import BASE, Joint, Point, Scene
 from eomgen.symbolic.evaluate import evaluate_mpmath
 from eomgen.symbolic.scalar import Algebra

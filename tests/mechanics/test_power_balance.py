@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import BASE, Output
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

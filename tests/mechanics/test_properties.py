@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula_nodes import Formula, Number
+from eomgen.scene.formula.nodes import Formula, Number
 from eomgen.scene.scene import Body, Parameter, Scene
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import relative_error, tape_evaluator

@@ -9,10 +9,10 @@ import pytest
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.rate_sources import inverse_dynamics_rates, motion_jets
+from eomgen.mechanics.terms.rate_sources import inverse_dynamics_rates, motion_jets
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.mechanics.test_beam_energy import loaded_chain
 from tests.mechanics.test_internal_states import scene as drone
 from tests.oracles import robots

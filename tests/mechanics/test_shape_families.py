@@ -11,8 +11,8 @@ import pytest
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
-from eomgen.mechanics.beams.shape_integrals import ShapeIntegrals
-from eomgen.scene.beam import DeformationKind, Ends
+from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
+from eomgen.scene.bodies.beam import DeformationKind, Ends
 from tests.mechanics.test_shape_integrals import deformation, integrals
 
 

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
+from tests.models.cache import shared_cache
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
-from tests.runtime.conftest import shared_cache
 
 __all__ = ["shared_cache"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.force import Spring
-from eomgen.scene.formula_nodes import Symbol
+from eomgen.scene.forces.model import Spring
+from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Output, Point, Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation as Turn
 
-from eomgen.scene.constraint import Constraint, Frame
-from eomgen.scene.formula_nodes import Formula
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.scene import BASE, Body, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate
 from tests.oracles.formulas import TIME, call, number, plus, rigid_body, times, vector

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.joint import SIZES, Joint
+from eomgen.scene.joints.model import SIZES, Joint
 from eomgen.scene.scene import BASE, Scene
-from eomgen.system import Factor
+from eomgen.system.system import Factor
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 from tests.oracles.states import STEP, displaced, rotation_of

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.system import System
+from eomgen.system.system import System
 
 Array = NDArray[Any]
 Evaluate = Callable[[str, Mapping[str, Array]], dict[str, Array]]

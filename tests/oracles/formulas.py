@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.scene import Body
 
 TIME = Symbol("time")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.evaluation import Array, Evaluate
 from tests.oracles.states import STEP, displaced, random_states
 

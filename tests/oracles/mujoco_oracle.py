@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eomgen.scene.joint import Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import BASE, WORLD, Scene
-from eomgen.system import System
+from eomgen.system.system import System
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 from tests.oracles.states import rotation_of

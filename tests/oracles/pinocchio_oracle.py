@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from eomgen.scene.joint import SIZES, Joint
+from eomgen.scene.joints.model import SIZES, Joint
 from eomgen.scene.scene import Body, Scene
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of

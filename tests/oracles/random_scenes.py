@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.scene.force import Effort, Force, Spring, TorsionSpring
-from eomgen.scene.formula_nodes import Formula, Number, Symbol
-from eomgen.scene.joint import SIZES, Coefficients, Joint, JointType, Mimic
+from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
+from eomgen.scene.formula.nodes import Formula, Number, Symbol
+from eomgen.scene.joints.model import SIZES, Coefficients, Joint, JointType, Mimic
 from eomgen.scene.scene import BASE, Base, Body, Input, Output, Parameter, Point, Rotation, Scene  # fmt: skip
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.scene.joint import Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Body, Scene
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import rigid_body, vector

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.integrators.specification import row_layout
-from eomgen.runtime.model import Model
-from eomgen.runtime.run_settings import chosen_method, stepper_settings
-from eomgen.runtime.stepping import Stepper
-from eomgen.scene.schema import Document
-from eomgen.scene.schema_key import ANY_UNIT, Inner, Table, Units, fields_of
-from eomgen.scene.unit_conversion import measure
-from eomgen.scene.units import read_unit
+from eomgen.compiled.model import Model
+from eomgen.integrators.stepper_data import row_layout
+from eomgen.scene.document.schema import Document
+from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
+from eomgen.scene.units.conversion import measure
+from eomgen.scene.units.parser import read_unit
+from eomgen.simulation.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepper import Stepper
 
 Array = NDArray[np.float64]
 Data = Mapping[str, Any]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.system import Factor, System
+from eomgen.system.system import Factor, System
 from tests.oracles.evaluation import Array, Evaluate
 
 STEP = 1e-40

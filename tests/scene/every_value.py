@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from eomgen.scene.formula_scope import PARAMETERS
-from eomgen.scene.schema import SECTIONS, Document
-from eomgen.scene.schema_key import Table, fields_of
+from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.keys import Table, fields_of
 
 Path = tuple[str | int, ...]
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.evaluate import evaluate, symbols
-from eomgen.scene.formula import read_formula
-from eomgen.scene.formula_nodes import Formula, Number, Operation, Symbol
-from eomgen.scene.formula_scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names
-from eomgen.scene.formula_text import FormulaError
+from eomgen.scene.formula.evaluate import evaluate, symbols
+from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names
+from eomgen.scene.formula.tokens import FormulaError
 
 NAMES = Names(
     parameters={"length": False, "lambda": True, "double": False, "q": False},

@@ -22,15 +22,15 @@ from hypothesis import strategies as st
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
-from eomgen.scene.assemble import from_data
-from eomgen.scene.formula_scope import Names
-from eomgen.scene.joint import Mimic
-from eomgen.scene.reader import load, load_toml
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.formula.scope import Names
+from eomgen.scene.joints.model import Mimic
+from eomgen.scene.load import load, load_toml
+from eomgen.scene.reading.keys import fields_of, tables_of
 from eomgen.scene.scene import Scene
-from eomgen.scene.schema import SECTIONS, Document
-from eomgen.scene.schema_key import fields_of, tables_of
+from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
-from tests.runtime.conftest import shared_cache
 from tests.scene.test_urdf import FILES, ROBOTS
 
 __all__ = ["shared_cache"]
@@ -556,7 +556,7 @@ def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
 def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
         (Path(name) / "wheel.toml").touch()
-        patch.setattr("eomgen.scene.include.toml_data", lambda text, file: (copy.deepcopy(part), {}))
+        patch.setattr("eomgen.scene.sources.include.toml_data", lambda text, file: (copy.deepcopy(part), {}))
         try:
             scene = from_data(car, folder=Path(name))
         except eomgen.EomgenError as error:

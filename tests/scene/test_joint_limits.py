@@ -6,8 +6,8 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.formula_nodes import Number, Symbol
-from eomgen.scene.reader import load_toml
+from eomgen.scene.formula.nodes import Number, Symbol
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
 ARM = """\

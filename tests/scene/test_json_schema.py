@@ -11,9 +11,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from eomgen.scene.json_schema import json_schema
-from eomgen.scene.schema import Document
-from eomgen.scene.schema_key import fields_of, tables_of
+from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.document.schema import Document
+from eomgen.scene.reading.keys import fields_of, tables_of
 from tests.scene.test_scene_files import FREE, PENDULUM
 
 ROOT = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.motion_laws import check_laws, first_jump, jumps
-from eomgen.scene.laws import laws_of, smooth
+from eomgen.mechanics.prescribed_motion import check_laws, first_jump, jumps
+from eomgen.scene.prescribed_motion import laws_of, smooth
 
 FRAME = {"axis": [0, 0, 1], "x_axis": [1, 0, 0]}
 

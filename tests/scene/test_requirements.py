@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
-from eomgen.runtime.requirements import Requirements
-from eomgen.scene import motion
-from eomgen.scene.assemble import from_data
-from eomgen.scene.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.joints import moved_inertia as motion
+from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
 
 #: Formulas that have the value N where X is 1, and all that a value can be wrong by elsewhere.

@@ -12,11 +12,11 @@ import pytest
 from scipy.integrate import quad
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.assemble import from_data
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.json_schema import schema
-from eomgen.scene.roads import Harmonic, road_harmonics
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.document.json_schema import schema
 from eomgen.scene.scene import Scene
+from eomgen.scene.signals.roads import Harmonic, road_harmonics
 
 LOW, HIGH = 0.011, 2.83
 C_CLASS = 256e-6

@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.reader import load_toml
+from eomgen.scene.load import load_toml
 
 TEXT = """
 format = 1

@@ -11,12 +11,12 @@ import pytest
 
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.constraint import Constraint, Frame
-from eomgen.scene.evaluate import evaluate
-from eomgen.scene.formula_nodes import Number, Operation, Symbol
-from eomgen.scene.json_schema import json_schema
-from eomgen.scene.reader import load, load_toml
-from eomgen.scene.rotation import frame_about, is_rotation
+from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Number, Operation, Symbol
+from eomgen.scene.geometry.rotations import frame_about, is_rotation
+from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 
 FOUR_BAR = """\

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
-from eomgen.scene.formula_nodes import Number, Operation, Symbol
-from eomgen.scene.joint import SIZES
-from eomgen.scene.json_schema import json_schema
-from eomgen.scene.lines import line_index
-from eomgen.scene.reader import load, load_toml
+from eomgen.scene.document.json_schema import json_schema
+from eomgen.scene.formula.nodes import Number, Operation, Symbol
+from eomgen.scene.joints.model import SIZES
+from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
+from eomgen.scene.sources.toml import line_index
 
 PENDULUM = """\
 format = 1
@@ -607,7 +607,7 @@ s = "x\\"#"
 
 def test_mechanics_knows_every_term() -> None:
     from eomgen.mechanics.derive import TERMS as DERIVED
-    from eomgen.scene.term_names import TERMS
+    from eomgen.system.terms import TERMS
 
     assert tuple(DERIVED) == TERMS
     assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")
@@ -626,6 +626,6 @@ def test_json_schema() -> None:
 
 
 def test_the_scene_needs_no_pydantic() -> None:
-    program = "import sys, eomgen.scene.scene, eomgen.scene.reader, eomgen.scene.builder; print('pydantic' in sys.modules)"
+    program = "import sys, eomgen.scene.scene, eomgen.scene.load, eomgen.scene.builder; print('pydantic' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"

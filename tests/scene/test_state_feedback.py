@@ -8,9 +8,9 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError
-from eomgen.scene.evaluate import evaluate
-from eomgen.scene.formula_nodes import Symbol
-from eomgen.scene.reader import load_toml
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
 QUARTER = """\

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.assemble import from_data
-from eomgen.scene.formula_nodes import Number, Operation, Symbol
-from eomgen.scene.reader import load, load_toml
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.formula.nodes import Number, Operation, Symbol
+from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 
 ARM = """\

@@ -15,17 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.errors import DescriptionError, UsageError
-from eomgen.scene.formula_nodes import Number
-from eomgen.scene.joint import ANGLES, SIZES
-from eomgen.scene.reader import load_toml
-from eomgen.scene.report import Report
-from eomgen.scene.schema import Document
-from eomgen.scene.schema_key import ANY_UNIT, fields_of, tables_of
-from eomgen.scene.unit_conversion import coherent, measure, to_si, to_unit
-from eomgen.scene.unit_labels import in_label
-from eomgen.scene.unit_table import NAMED, PREFIXES, UNITS, names
-from eomgen.scene.units import UnitError, is_quantity, read_quantity, read_unit
-from eomgen.scene.written_units import in_si
+from eomgen.scene.document.schema import Document
+from eomgen.scene.document.units import in_si
+from eomgen.scene.formula.nodes import Number
+from eomgen.scene.joints.model import ANGLES, SIZES
+from eomgen.scene.load import load_toml
+from eomgen.scene.reading.keys import ANY_UNIT, fields_of, tables_of
+from eomgen.scene.reading.report import Report
+from eomgen.scene.units.conversion import coherent, measure, to_si, to_unit
+from eomgen.scene.units.labels import in_label
+from eomgen.scene.units.parser import UnitError, is_quantity, read_quantity, read_unit
+from eomgen.scene.units.table import NAMED, PREFIXES, UNITS, names
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
 
 
@@ -454,7 +454,7 @@ def test_texts_that_cannot_be_taken(text: str, label: str, message: str) -> None
 
 
 def test_pint_is_imported_for_unit_strings_only() -> None:
-    code = "import sys; from eomgen.scene.reader import load_toml; load_toml({!r}); print('pint' in sys.modules)"
+    code = "import sys; from eomgen.scene.load import load_toml; load_toml({!r}); print('pint' in sys.modules)"
     for text, expected in ((PENDULUM, "False"), (replaced("length = 0.8", 'length = "800 mm"'), "True")):
         run = subprocess.run([sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True, timeout=60)
         assert run.stdout.strip() == expected

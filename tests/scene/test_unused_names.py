@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen.scene.assemble import from_data
-from eomgen.scene.reader import load
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import load
 
 BASE: dict[str, Any] = {
     "format": 1,

@@ -1,5 +1,5 @@
-"""The cache of compiled models that the runtime's tests use."""
+"""The cache of compiled models that tests share."""
 
-from tests.runtime.conftest import shared_cache
+from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.studies import check
-from eomgen.studies.differences import LADDER
+from eomgen.studies.verification.differences import LADDER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/*.toml"))

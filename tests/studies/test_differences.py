@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.studies.differences import LADDER, complex_steps, differences
-from eomgen.studies.engines import Array, Blocks, Engine, moved
-from eomgen.studies.forms import Form, column
-from eomgen.system import Factor
+from eomgen.studies.verification.claims.claim import Form, column
+from eomgen.studies.verification.differences import LADDER, complex_steps, differences
+from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
+from eomgen.system.system import Factor
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 

@@ -12,9 +12,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.assembly import ready
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline import load
+from eomgen.pipeline.initial_assembly import ready
+from eomgen.pipeline.pipeline import load
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -7,8 +7,11 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.mechanics import derivation, extended, iteration
-from eomgen.studies import check, checking
+from eomgen.mechanics import derivation
+from eomgen.mechanics.dynamics import extended_system as extended
+from eomgen.mechanics.terms import implicit_step as iteration
+from eomgen.studies import check
+from eomgen.studies.verification import check as checking
 
 LINKS = 9
 

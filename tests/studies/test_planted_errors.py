@@ -13,15 +13,16 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen import pipeline
 from eomgen.cli import main
+from eomgen.compiled.functions import Functions
 from eomgen.mechanics import derive as derive_module
-from eomgen.mechanics import terms as separated
-from eomgen.mechanics.constraints import ConstraintCalculus
+from eomgen.mechanics.constraints.rows import ConstraintCalculus
 from eomgen.mechanics.derive import TERMS
-from eomgen.mechanics.rate_terms import RATE_TERMS
-from eomgen.runtime.functions import Functions
-from eomgen.studies import CheckReport, check, checking
+from eomgen.mechanics.dynamics import separated
+from eomgen.mechanics.terms.rates import RATE_TERMS
+from eomgen.pipeline import pipeline
+from eomgen.studies import CheckReport, check
+from eomgen.studies.verification import check as checking
 from tests.studies.scenes import drone, gate, rod
 
 Array = np.ndarray

@@ -7,7 +7,7 @@ import pytest
 
 import eomgen
 from eomgen.studies import FormReport, check
-from eomgen.studies.differences import LADDER
+from eomgen.studies.verification.differences import LADDER
 
 
 def swing(effort: str, position: float = 0.0, velocity: float = 0.0) -> eomgen.SceneBuilder:
@@ -67,7 +67,7 @@ def test_kinks_of_tables_are_named() -> None:
 
 def test_a_wrong_branch_at_a_kink_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """The closed form must be the derivative of the branch that the function takes: complex steps say which."""
-    from eomgen.runtime.functions import Functions
+    from eomgen.compiled.functions import Functions
 
     original = Functions.__call__
 

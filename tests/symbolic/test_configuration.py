@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.symbolic.configuration import (
+from eomgen.symbolic.calculus.configuration import (
     configuration_jets,
     configuration_seeds,
     pose_jet,
@@ -14,7 +14,7 @@ from eomgen.symbolic.configuration import (
     rotation,
     tangent_seeds,
 )
-from eomgen.symbolic.derivatives import forward_partials, jacobian_vector, second_directional
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector, second_directional
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import ONE, ZERO, Op, Tape
 

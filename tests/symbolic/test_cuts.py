@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.symbolic.cuts import cut_partials
-from eomgen.symbolic.derivatives import forward_partials
+from eomgen.symbolic.calculus.cuts import cut_partials
+from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from eomgen.symbolic.derivatives import (
+from eomgen.symbolic.calculus.partials import (
     forward_partials,
     gradient,
     jacobian_vector,

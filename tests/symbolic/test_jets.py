@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.jets import (
+from eomgen.symbolic.calculus.jets import (
     jets,
     taylor_coefficients,
     time_derivatives,
 )
+from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
 from tests.symbolic.random_tapes import build, programs
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from eomgen.symbolic.derivatives import forward_partials, gradient, second_directional
+from eomgen.symbolic.calculus.jets import jets
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.calculus.partials import forward_partials, gradient, second_directional
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.jets import jets
 from eomgen.symbolic.map import Map, add_map, splice, unroll
-from eomgen.symbolic.map_calculus import compact
 from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
 from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
 from tests.symbolic.random_tapes import complex_step, points, programs

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.jets import jets
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS, Series, Term, record_series
 from eomgen.symbolic.tape import ONE, UNARY, InputSymbol, Op, Tape
 from tests.symbolic.random_tapes import build, programs

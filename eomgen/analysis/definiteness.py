@@ -1,0 +1,97 @@
+"""An inertia matrix that is not positive definite: whether masses, a beam or too large a step are to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+
+
+class Indefinite(NamedTuple):
+    """What is wrong with the inertia matrix of a state, and what to try."""
+
+    what: str
+    hint: str
+
+
+def indefinite_mass(
+    model: Model, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
+) -> Indefinite | None:
+    """Return what is to be said of an inertia matrix that is not positive definite at q; None when it is, or is not known.
+
+    Parameters
+    ----------
+    p : parameters
+    start : (nq,)
+        Where the run began that led to q, with steps of ``step`` seconds.
+    where : what the state is called
+    """
+    smallest = _smallest(model, q, p)
+    if smallest is None or smallest > 0.0:
+        return None
+    what = f"the inertia matrix {where} is not positive definite, its smallest eigenvalue is {smallest:.3g}"
+    beams = beyond_order(model, q, p)
+    if beams:
+        what += f": this is beyond what order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)} is for"
+    if start is not None and _definite(model, start, p):  # the masses are fine, and the state has run away
+        return Indefinite(what, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
+    return Indefinite(what, "order = 2" if beams else "masses and inertias that bodies can have")
+
+
+def beyond_order(model: Model, q: Array, p: Array) -> Sequence[str]:
+    """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
+
+    Empty where it is positive definite, or would not be even so.
+    """
+    first = {body.name for body in model.scene.bodies if body.beam is not None and body.beam.order == 1}
+    factors = [factor for factor in model.factors if factor.name in first]
+    straight = q.copy()
+    for factor in factors:
+        straight[factor.q] = 0.0
+    if not factors or _definite(model, q, p) or not _definite(model, straight, p):
+        return ()
+    guilty = []
+    for factor in factors:
+        alone = straight.copy()
+        alone[factor.q] = q[factor.q]
+        if not _definite(model, alone, p):
+            guilty.append(factor.name)
+    return tuple(guilty or (factor.name for factor in factors))
+
+
+def beyond_order_in_run(model: Model, t: Array, q: Array, p: Array) -> str:
+    """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none does.
+
+    Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
+    """
+    first = {body.name for body in model.scene.bodies if body.beam is not None and body.beam.order == 1}
+    places = [factor.q for factor in model.factors if factor.name in first]
+    if not places:
+        return ""
+    rows = {int(np.argmax(np.linalg.norm(q[:, place], axis=1))) for place in places} | {len(t) - 1}
+    for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
+        if beams := beyond_order(model, q[row], p):
+            named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
+            what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond what order = 1 is for"
+            return f"{what}: the inertia matrix is not positive definite; try: order = 2"
+    return ""
+
+
+def _definite(model: Model, q: Array, p: Array) -> bool:
+    smallest = _smallest(model, q, p)
+    return smallest is not None and smallest > 0.0
+
+
+def _smallest(model: Model, q: Array, p: Array) -> float | None:
+    """Return the smallest eigenvalue of M; None where there is no M, or one that is not finite."""
+    if "mass" not in model.functions:
+        return None
+    M = model.mass(q, parameters=p)
+    return float(np.linalg.eigvalsh(M)[0]) if M.size and np.all(np.isfinite(M)) else None

@@ -1,0 +1,321 @@
+"""Static equilibrium of a compiled model: where it comes to rest, how stable that is, and what nothing determines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.analysis.equilibrium_warnings import SAME, Places, rest_notes
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.lie.product import difference
+from eomgen.simulation.settings import number_of
+from eomgen.solvers.damped_motion import settle
+from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine
+from eomgen.solvers.newton_path import follow_newton
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+_ELSEWHERE = "it is not where a damped motion"
+#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at once.
+_SLOWER = (1.0, 100.0)
+#: Places where a damped motion lingers from which Newton's path is followed, too.
+_LINGERING = 4
+#: Components of a direction below this part of the largest are left out when it is named.
+_NAMED = 0.05
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of rest.
+
+    Attributes
+    ----------
+    q, v, z : (nq,), (nv,) zeros, (nz,); ``initial`` is what ``simulate(initial=...)`` takes
+    multipliers : (rows,) constraint forces are -B^T multipliers
+    t : time of inputs and of the base, s
+    residual : largest unbalanced generalized force
+    acceleration : largest acceleration with which the system would start to move, m/s^2 or rad/s^2
+    iterations : steps taken
+    frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable direction minus
+        the rate at which it grows
+    stable : False where a direction is unstable; None where internal states or forces that follow the motion decide
+    undetermined : components of v along which nothing pulls back
+    message : all of this in one sentence
+    base : (19,) state of the base, held where it is at t; None where it is the world
+    notes : what is doubtful: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
+    """
+
+    q: Array
+    v: Array
+    z: Array
+    multipliers: Array
+    t: float
+    residual: float
+    acceleration: float
+    iterations: int
+    frequencies: Array
+    stable: bool | None
+    undetermined: Sequence[str]
+    message: str
+    base: Array | None = None
+    notes: Sequence[str] = ()
+
+    @property
+    def initial(self) -> dict[str, Array]:
+        """The state as ``simulate(initial=...)`` takes it."""
+        return {"q": self.q, "v": self.v} | ({"z": self.z} if len(self.z) else {})
+
+    @property
+    def a(self) -> Array:
+        """(nv,) zeros."""
+        return np.zeros(len(self.v))
+
+    def doubts(self, *, any_kind: bool) -> list[str]:
+        """Return the notes; where equilibria of any kind were asked for, it is no doubt that a motion settles elsewhere."""
+        return [note for note in self.notes if not (any_kind and note.startswith(_ELSEWHERE))]
+
+
+def equilibrium(
+    model: Model,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    *,
+    any_kind: bool = False,
+) -> Equilibrium:
+    """Return the nearest state of rest, with the base held where it is at t.
+
+    Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium, also from an
+    unstable one. With it, it is the nearest of any kind that was found, distances being measured by the kinetic energy that gets
+    there in unit time: candidates are where the damped motion settles, and where Newton's path leads from the initial state and
+    from places where the damped motion lingers. Where no damped motion settles, Newton's equilibrium is returned. ``notes`` say
+    where that differs from where the damped motion settles, and name springs and tyres that are inside out at rest, and ways that
+    are longer than the scene. Dampers and regularised friction do not act at rest.
+
+    Parameters
+    ----------
+    initial : mapping
+        As of ``simulate``; velocities do not matter.
+    parameters, u : as of the model's functions
+    t : float
+        s, for inputs, base and formulas of time.
+    any_kind : bool
+        Whether an unstable equilibrium will do.
+
+    Raises
+    ------
+    NumericalError
+        Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates.
+    ModelError
+        The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at these.
+    UsageError
+        The model was built without the terms that are needed, or arguments cannot be taken.
+    """
+    needed = {"mass", "residual", "partials"} | ({"constraint_jacobian"} if model.multipliers else set())
+    needed |= {"internal_rate", "internal_partials"} if model.nz else set()
+    if missing := sorted(name for name in needed if name not in model.functions):
+        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        raise UsageError(Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+    time = number_of("t", t)
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    start = initial_state(model, initial, p)
+    places = Places(model, p, time, held_base(model, p, time))
+    statics = _statics(model, places, start.q, u)
+    try:
+        first = examine(statics, start.q, start.z)
+    except np.linalg.LinAlgError:
+        what = "the inertia matrix at the initial state is not positive definite"
+        raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
+    if not first.finite:
+        raise _not_finite(model, first)
+    settled = _settled(statics, start.q, start.z)
+    others = [] if settled.balanced and not any_kind else _by_newton(statics, start.z, settled)
+    found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
+    if found is None:
+        raise _failure(model, statics, settled)
+    deviations = model._check_left_out(found.point.q, np.zeros(model.nv), time, p)
+    notes = [*deviations, *_elsewhere(model, statics, found, settled), *rest_notes(places, found.path, u)]
+    return _result(model, statics, found, time, places.base, notes)
+
+
+def _settled(statics: Statics, q: Array, z: Array) -> Search:
+    """Return where a damped motion settles; where internal states do not let it, with states that follow ever more slowly."""
+    found = Search(examine(statics, q, z), False, 0)
+    for slower in _SLOWER if len(z) else (1.0,):
+        try:
+            found = settle(statics, q, z, slower)
+        except np.linalg.LinAlgError:
+            continue
+        if found.balanced:
+            break
+    return found
+
+
+def _by_newton(statics: Statics, z: Array, settled: Search) -> list[Search]:
+    """Return where Newton's path leads from the start, and from where the motion lingers on the way to rest."""
+    path = [*settled.path, settled.point.q]
+    forces = [examine(statics, q, z).force for q in path] if not len(z) else []
+    slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
+    found = []
+    for k in (0, *slow[:_LINGERING]):
+        try:
+            search = follow_newton(statics, path[k], z)
+        except np.linalg.LinAlgError:
+            continue
+        found.append(replace(search, path=[*path[:k], *search.path]))
+    return found
+
+
+def _distance(statics: Statics, search: Search) -> float:
+    """Return the kinetic distance between start and rest, in m kg^(1/2)."""
+    start = search.path[0]
+    way = difference(statics.factors, start, search.point.q)
+    return float(np.sqrt(way @ statics.mass(start) @ way))
+
+
+def _elsewhere(model: Model, statics: Statics, found: Search, settled: Search) -> list[str]:
+    """Say so where a damped motion from the start settles elsewhere, or does not settle."""
+    if found is settled:
+        return []
+    if not settled.balanced:
+        return ["whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"]
+    off = difference(statics.factors, found.point.q, settled.point.q)
+    k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
+    if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
+        return []
+    unit = model.v_units[k].removesuffix("/s")
+    where = f"{off[k]:.4g} {unit} from here along {model.v_names[k].removeprefix('v.')}"
+    return [f"{_ELSEWHERE} from the start settles, which is {where}"]
+
+
+def _statics(model: Model, places: Places, q: Array, u: Inputs) -> Statics:
+    """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the start."""
+    rest, rows, p = np.zeros(model.nv), len(model.multipliers), places.p
+    given: dict[str, Any] = {"t": places.t, "parameters": p, "base": places.base}
+    forces = given | {"u": u}
+    holonomic = model.functions.sizes["holonomic"]
+
+    def value(term: str, q: Array, **more: Any) -> Array:
+        return next(iter(model.evaluate(term, q, rest, rest, **more, **forces).values()))
+
+    def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
+        if not model.nz:
+            return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
+        partials = model.internal_partials(q, rest, z, **forces)
+        return partials.residual_z, partials.rate_q, partials.rate_z
+
+    return Statics(
+        factors=model.factors,
+        turning=np.array([unit == "rad/s" for unit in model.v_units]),
+        holonomic=holonomic,
+        mass=lambda q: model.mass(q, parameters=p),
+        jacobian=lambda q: value("constraint_jacobian", q) if rows else np.zeros((0, model.nv)),
+        constraint=lambda q: value("constraint", q) if holonomic else np.zeros(0),
+        residual=lambda q, lam, z: value("residual", q, z=z, multipliers=lam),
+        stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
+        rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
+        couplings=couplings,
+        followed=lambda q: model._terms.followed(q, places.t, p, places.base),
+        length=places.length(q),
+        gravity=places.gravity(),
+        total=places.mass(),
+    )
+
+
+def held_base(model: Model, p: Array, t: float) -> Array | None:
+    """Return the base held where it is at t, (19,); None where it does not move at all."""
+    if "base" not in model.functions:
+        return None
+    base = model.base(t, parameters=p)
+    base[7:] = 0.0
+    return base
+
+
+def _result(
+    model: Model, statics: Statics, found: Search, t: float, base: Array | None, notes: Sequence[str]
+) -> Equilibrium:
+    point = found.point
+    scale = point.largest_stiffness
+    values, vectors = np.linalg.eigh(point.symmetric)
+    soft = np.abs(values) <= max(1e2 * SOFT * scale, _no_stiffness(statics))
+    directions = point.basis @ vectors
+    undetermined = _components(model, directions[:, soft])
+    skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0))
+    stable: bool | None = not bool(np.any(values[~soft] < 0.0))
+    if model.nz or skew > 1e-6 * scale:
+        stable = None
+    frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
+    acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
+    residual = float(np.max(np.abs(point.residual), initial=0.0))
+    message = f"at rest after {found.steps} steps, unbalanced acceleration {acceleration:.3g}"
+    if stable is False:
+        worst = _components(model, directions[:, [int(np.argmin(values))]])
+        message += f"; unstable along {', '.join(worst[:4])}: it would leave with e^({np.sqrt(-np.min(values)):.3g} t)"
+    elif stable is None:
+        message += "; whether it is stable was not examined, for stiffness alone does not decide it"
+    if undetermined:
+        message += f"; nothing determines {_few(undetermined)}"
+    message = "; ".join((message, *notes))
+    return Equilibrium(
+        point.q, np.zeros(model.nv), point.z, point.lam, t, residual, acceleration, found.steps, frequencies, stable,
+        tuple(undetermined), message, base, tuple(notes),
+    )  # fmt: skip
+
+
+def _components(model: Model, directions: Array) -> list[str]:
+    """Return the names of the components of v that take part in any of the directions."""
+    if not directions.size:
+        return []
+    sizes = np.max(np.abs(directions) / np.max(np.abs(directions), axis=0), axis=1)
+    return [name for name, size in zip(model.v_names, sizes, strict=True) if size > _NAMED]
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+
+
+def _not_finite(model: Model, point: Point) -> NumericalError:
+    bad = [name for name, value in zip(model.v_names, point.residual, strict=True) if not np.isfinite(value)]
+    where = f"the force along {_few(bad)}" if bad else "the stiffness" if np.all(np.isfinite(point.rates)) else "a rate of z"
+    hint = "another initial state, or formulas that have a value there"
+    return NumericalError(Problem("equilibrium", f"{where} is not a finite number at the initial state", hint))
+
+
+def _no_stiffness(statics: Statics) -> float:
+    """Return what counts as no stiffness, (rad/s)^2: round-off of a pendulum's as long as the scene."""
+    return SOFT * statics.gravity / statics.length
+
+
+def _failure(model: Model, statics: Statics, search: Search) -> NumericalError:
+    """Say why there is no equilibrium: nothing holds a coordinate, or the search did not end."""
+    point, steps = search.point, search.steps
+    acceleration = point.acceleration
+    k = int(np.argmax(np.abs(acceleration))) if len(acceleration) else 0
+    unit = model.v_units[k].replace("/s", "/s^2") if model.v_units else ""
+    if point.finite and len(point.imbalance):
+        _, sizes, directions = np.linalg.svd(point.stiffness)  # moving along a direction of size 0 changes no force
+        soft = sizes <= max(1e-9 * point.largest_stiffness, _no_stiffness(statics))
+        pull = point.basis @ (directions[soft].T @ (directions[soft] @ point.imbalance))
+        if np.any(soft) and np.max(np.abs(pull)) > 1e-3 * np.max(np.abs(acceleration)):
+            k = int(np.argmax(np.abs(pull)))
+            unit = model.v_units[k].replace("/s", "/s^2")
+            what = f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness opposes it"
+            return NumericalError(Problem("equilibrium", what, "a spring, a stop, a constraint, or a fixed joint"))
+    violation = float(np.max(np.abs(point.violation), initial=0.0))
+    if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
+        what = f"the constraints are off by {violation:.3g} after {steps} steps"
+        return NumericalError(Problem("equilibrium", what, "an initial state nearer to assembly"))
+    what = f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g} {unit}"
+    return NumericalError(Problem("equilibrium", what, "an initial state nearer to rest, or any_kind=True for an unstable one"))

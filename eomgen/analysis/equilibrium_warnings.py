@@ -1,0 +1,194 @@
+"""What is doubtful about a place of rest: springs whose ends passed one another, tyres inside out, ways longer than the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.compiled.configuration import rotated
+from eomgen.compiled.terms import Inputs
+from eomgen.scene.forces.elements import Tyre
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.scene.scene import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+#: The ends of a spring pass one another where their distance falls below this part of what it is at start and rest.
+_PASSED = 0.05
+#: Ways are worth a note if they are so much longer than the scene.
+_LONGER = 1.1
+#: What makes of a quaternion its inverse.
+_BACK = np.array([1.0, -1.0, -1.0, -1.0])
+_LISTED = 4
+#: Rest is the same to this part of the scene's length, or rad.
+SAME = 1e-6
+
+
+class Places:
+    """Places of a scene at given parameters, and where its points are in a configuration.
+
+    Parameters
+    ----------
+    p : (np,) tunable parameters
+    t : time, s
+    base : (19,) state of the base, None where it is the world
+    """
+
+    def __init__(self, model: Model, p: Array, t: float, base: Array | None) -> None:
+        self.model, self.p, self.t, self.base = model, p, t, base
+        given = dict(zip(model.parameters, p.tolist(), strict=True))
+        self.values: Mapping[str, float] = {item.name: given.get(item.name, item.value) for item in model.scene.parameters}
+
+    def number(self, formula: Formula) -> float:
+        """Return the value of a formula of parameters; 0 where it has none."""
+        try:
+            return float(evaluate(formula, lambda symbol: self.values[symbol.name]))
+        except (ArithmeticError, KeyError):
+            return 0.0
+
+    def vector(self, formulas: Sequence[Formula]) -> Array:
+        return np.array([self.number(formula) for formula in formulas])
+
+    def length(self, q: Array) -> float:
+        """Return the largest length of the scene, m: places on bodies, free lengths, radii, stops, travels in q; 1 m if none."""
+        scene, model = self.model.scene, self.model
+        vectors = [point.position for point in scene.points] + [body.center_of_mass for body in scene.bodies]
+        vectors += [joint.position for joint in scene.joints]
+        vectors += [frame.position for item in scene.constraints for frame in (item.first, item.second)]
+        lengths = [float(np.linalg.norm(self.vector(vector))) for vector in vectors]
+        lengths += [abs(self.number(spring.length)) for spring in scene.springs]
+        lengths += [abs(self.number(tyre.radius)) for tyre in scene.tyres]
+        lengths += [abs(self.number(given)) for item in scene.constraints for given in (item.radius, item.length)]
+        lengths += [body.beam.length for body in scene.bodies if body.beam is not None]
+        for joint in scene.joints:
+            if joint.type == "prismatic":
+                ends = [end for stop in joint.stops for end in (stop.lower, stop.upper) if end is not None]
+                lengths += [abs(self.number(formula)) for formula in (*joint.each(joint.rest), *ends)]
+        lengths += [abs(float(value)) for value, unit in zip(q, model.q_units, strict=True) if unit == "m"]
+        finite = [length for length in lengths if np.isfinite(length)]
+        return max(finite, default=0.0) or 1.0
+
+    def gravity(self) -> float:
+        """Return the acceleration of gravity, m/s^2."""
+        return float(np.linalg.norm(self.vector(self.model.scene.gravity)))
+
+    def mass(self) -> float:
+        """Return the mass of the scene, kg."""
+        return sum(self.number(body.mass) for body in self.model.scene.bodies)
+
+    def poses(self, path: Array) -> dict[str, tuple[Array, Array]]:
+        """Return quaternion and position (rows, ...) in world axes of all bodies at configurations (rows, nq)."""
+        rows, model = len(path), self.model
+        pose = model.evaluate("poses", path, t=self.t, parameters=self.p, base=self.base)["pose"]
+        found = {name: pose[:, index] for index, name in enumerate(model.bodies)}
+        still = np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], (rows, 1))
+        found |= {WORLD: still, BASE: still if self.base is None else np.tile(self.base[:7], (rows, 1))}
+        return {name: (values[:, :4], values[:, 4:]) for name, values in found.items()}
+
+
+def rest_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
+    """Return what is to be said of a rest at the end of a path of configurations; nothing for a model without poses."""
+    if "poses" not in places.model.functions or len(path) < 2:
+        return []
+    poses = places.poses(np.array(path))
+    doubts = [*_springs(places, poses), *_tyres(places, poses, u)]
+    return doubts or _far(places, poses, places.length(path[0]))
+
+
+def _positions(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
+    """Return body and world position (rows, 3) of each point."""
+    found = {}
+    for point in places.model.scene.points:
+        turn, origin = poses[point.body]
+        found[point.name] = point.body, origin + rotated(turn, places.vector(point.position))
+    return found
+
+
+def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
+    """Return a note on springs that are inside out, and one on those whose ends have moved farther than they were apart."""
+    points = _positions(places, poses)
+    passed: list[str] = []
+    moved: list[str] = []
+    for spring in places.model.scene.springs:
+        (first, start), (second, end) = points[spring.first], points[spring.second]
+        seen = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
+        apart = float(np.linalg.norm(seen[0][0]))
+        way = min(float(np.linalg.norm(line[-1] - line[0])) for line in seen)
+        if all(_passed_one_another(line) for line in seen):
+            passed.append(spring.name)
+        elif way > apart > 0.0:
+            moved.append(f"{spring.name} ({way:.4g} m, {apart:.4g} m apart)")
+    notes = []
+    if passed:
+        notes.append(f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}")
+    if moved:
+        notes.append(f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)} {_few(moved)}")
+    return notes
+
+
+def _few(items: Sequence[str]) -> str:
+    return ", ".join(items[:_LISTED]) + (f" and {len(items) - _LISTED} more" if len(items) > _LISTED else "")
+
+
+def _passed_one_another(line: Array) -> bool:
+    """Return whether a spring, from end to end (rows, 3) along the path, has turned round by way of next to no length."""
+    before, way = line[:-1], np.diff(line, axis=0)
+    square = np.sum(way * way, axis=1)
+    share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    shortest = float(np.min(np.linalg.norm(before + share[:, np.newaxis] * way, axis=1)))
+    ends = min(float(np.linalg.norm(line[0])), float(np.linalg.norm(line[-1])))
+    return bool(line[0] @ line[-1] < 0.0 and shortest < _PASSED * ends)
+
+
+def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
+    """Return a note on each wheel whose centre is below its road, and was not at the start."""
+    model = places.model
+    sunk: list[str] = []
+    tyres = model.scene.tyres
+    if not tyres:
+        return []
+    points = _positions(places, poses)
+    said = dict(zip(model.inputs, model.input_values(places.t, parameters=places.p).tolist(), strict=True))
+    given: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
+    inputs = said | {name: float(np.asarray(value)) for name, value in given.items()}
+    inputs |= {} if u is None or isinstance(u, Mapping) else dict(zip(model.inputs, np.ravel(u).tolist(), strict=True))
+    for tyre in tyres:
+        center = points[tyre.center][1]
+        try:
+            before, after = (_clearance(places, tyre, center[row], inputs) for row in (0, -1))
+        except ArithmeticError:  # a road given by a curve has no value but in the compiled model
+            continue
+        if before > 0.0 > after:
+            sunk.append(tyre.name)
+    return [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
+
+
+def _clearance(places: Places, tyre: Tyre, center: Array, inputs: Mapping[str, float]) -> float:
+    """Return the height of a wheel's centre over its road. Raises ArithmeticError."""
+
+    def value_of(symbol: Symbol) -> float:
+        if symbol.kind == "position":
+            return float(center[symbol.index])
+        if symbol.kind == "time":
+            return places.t
+        return inputs[symbol.name] if symbol.kind == "input" else places.values[symbol.name]
+
+    return float(center[2]) - evaluate(tyre.road, value_of)
+
+
+def _far(places: Places, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
+    """Return a note on the body that has gone farthest, if that is farther than the scene is large at the start."""
+    ways = {name: float(np.linalg.norm(position[-1] - position[0])) for name, (_, position) in poses.items()}
+    at_start = np.array([position[0] for name, (_, position) in poses.items() if name != WORLD])
+    at_start = np.concatenate([at_start, *(position[:1] for _, position in _positions(places, poses).values())])
+    large = max(float(np.linalg.norm(np.ptp(at_start, axis=0))), length)
+    name = max(ways, key=lambda name: ways[name])
+    if not ways[name] > _LONGER * large:
+        return []
+    return [f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"]

@@ -1,0 +1,340 @@
+"""Linear models of a compiled model: about equilibria, steady motions, the initial state, and any other state."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.arguments import check_finite, check_name, components
+from eomgen.compiled.coordinates import component_names, joint_factors
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.linear.freedom import Measures, freedom, singular_mechanism
+from eomgen.linear.linearization import Linearization, Names, Reference
+from eomgen.linear.partials import Partials
+from eomgen.results import dense_output as dense
+from eomgen.scene.disturbances import disturbance_names, driven_inputs
+from eomgen.simulation.settings import number_of
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+#: How far constraints may be off in a state that is given, in their own units.
+MET = 1e-6
+#: How blocks of the terms are called in ``Partials``; others have the same name there.
+_IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
+
+
+class Rest(Protocol):
+    """A state that ``model.equilibrium`` or ``model.steady_motion`` found."""
+
+    @property
+    def q(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
+    @property
+    def z(self) -> Array: ...
+    @property
+    def a(self) -> Array: ...
+    @property
+    def multipliers(self) -> Array: ...
+    @property
+    def t(self) -> float: ...
+    @property
+    def base(self) -> Array | None: ...
+
+
+@dataclass(frozen=True)
+class State:
+    """A state to linearise about; accelerations and multipliers are None where the dynamics give them."""
+
+    what: str
+    q: Array
+    v: Array
+    z: Array
+    a: Array | None = None
+    multipliers: Array | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What holds besides the state: time, parameters, inputs, and a base that is not where the scene has it."""
+
+    t: float
+    parameters: Array
+    u: Inputs
+    base: Array | None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Keywords of the model's functions."""
+        return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
+
+
+def terms_needed(model: Model) -> list[str]:
+    """Return the terms from which linear models and the states they are about are made."""
+    terms = ["mass", "residual", "partials", "linearization", "poses"]
+    if model.multipliers:
+        terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
+        terms += ["velocity_partials", "acceleration_partials"]
+    if model.scene.coordinates == "absolute":
+        terms += ["joint_velocities"]
+    if not model.multipliers:
+        terms += ["forward_dynamics"]
+    if model.nz:
+        terms += ["internal_rate", "internal_partials"]
+    return terms + (["output_partials"] if model.library.layout["outputs"] else [])
+
+
+def linearize(
+    model: Model, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
+    base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
+    any_kind: bool = False, independent: Sequence[str] = (),
+) -> Linearization:  # fmt: skip
+    """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    able = model.having(terms_needed(model))
+    setting = Setting(number_of("t", t), p, u, None if base is None else able._terms.base(base))
+    said = sorted(name for name, value in given.items() if value is not None)
+    if said:
+        if "q" not in said:
+            raise UsageError(Problem("linearize", f"{', '.join(said)} need the q of their state", "q=..., or initial=..."))
+        if at is not None or initial is not None:
+            raise UsageError(Problem("linearize", "the state is given by q as well as by at or initial", "one of them"))
+        state = _given_state(able, given)
+        _check_constraints(able, state, setting)
+    elif at is None or isinstance(at, str):
+        state, setting = _found_state(able, at, initial, setting, any_kind=any_kind)
+    else:
+        state, setting = _resting("steady motion" if np.any(at.v) else "equilibrium", at, setting)
+    return about(able, state, setting, independent)
+
+
+def about_motion(model: Model, state: dense.State, u: Array | None, p: Array) -> Linearization:
+    """Return the linear model about a state of a motion, brought onto the constraints."""
+    able, t = model.having(terms_needed(model)), float(state.t)
+    q, v = state.q, state.v
+    if able.multipliers:
+        consistent = able.consistent(q, v, t, parameters=p)
+        q, v = consistent.q, consistent.v
+    return about(able, State("motion", q, v, state.z), Setting(t, p, u, None))
+
+
+def about(model: Model, state: State, setting: Setting, independent: Sequence[str] = ()) -> Linearization:
+    """Return the linear model about a state of a model that has all terms that are needed.
+
+    Raises
+    ------
+    UsageError
+        A component that is to be independent and is not there, or that constraints do not leave free.
+    ModelError, NumericalError
+        Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
+    """
+    a, lam = _dynamics(model, state, setting)
+    measures, names = _measures(model, state, a, setting, independent)
+    blocks: dict[str, Array] = {}
+    terms = ["linearization", "velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
+    for term in (term for term in terms if term in model.functions):
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **setting.given)
+    blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
+    bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
+    if bad:
+        what = f"partials are not finite numbers in this state: {', '.join(bad)}"
+        raise NumericalError(Problem("linearize", what, "a state in which forces and their slopes have a value"))
+    holonomic = model.functions.sizes["holonomic"]
+    partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
+    free = freedom(measures, partials, [names.measured.index(name) for name in independent])
+    held = [name for name in independent if names.measured.index(name) not in free.coordinates]
+    if held:
+        what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
+        raise UsageError(Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves"))
+    u = _inputs(model, setting)
+    reference = Reference(setting.t, state.q, state.v, a, state.z, u, lam, state.what)
+    return Linearization(reference, partials, free, names)
+
+
+def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Array]:
+    """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
+    given = setting.given | {"z": state.z}
+    if not model.multipliers:
+        if state.a is None or state.what != "given state":
+            _check_mass(model, state, setting)
+        a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
+        lam = np.zeros(0)
+    elif state.a is None:
+        try:
+            a, lam = model.constrained_dynamics(state.q, state.v, **given)
+        except NumericalError:
+            raise singular_mechanism() from None
+    else:
+        a, lam = state.a, np.zeros(0)
+    if model.multipliers and state.multipliers is not None:
+        lam = state.multipliers
+    elif model.multipliers and state.a is not None:
+        rest = np.zeros(len(model.multipliers))
+        (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **setting.given).values()
+        lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
+    check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
+    return a, lam
+
+
+def _check_mass(model: Model, state: State, setting: Setting) -> None:
+    """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the component."""
+    M = model.mass(state.q, parameters=setting.parameters)
+    sizes = np.sqrt(np.abs(np.diagonal(M)))
+    sizes[sizes == 0.0] = 1.0
+    if not np.all(np.isfinite(M)):
+        return
+    values, vectors = np.linalg.eigh(M / np.outer(sizes, sizes))
+    if values[0] > 0.0:
+        return
+    along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
+    how = "singular" if values[0] == 0.0 else "not positive definite"
+    used = ", ".join(f"{name} = {value:.6g}" for name, value in zip(model.parameters, setting.parameters, strict=True))
+    what = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
+    raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
+
+
+def _given_state(model: Model, given: Mapping[str, Any]) -> State:
+    """Return the caller's state, each part as one vector."""
+    sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
+    parts: dict[str, Array] = {}
+    for name, size in sizes.items():
+        if given.get(name) is None:
+            continue
+        whole = model._terms.with_references(name, given[name]) if name == "q" else given[name]
+        parts[name] = components(name, whole, size)
+        if parts[name].ndim != 1:
+            what = f"one state is needed, not a batch of shape {parts[name].shape}"
+            raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))
+        check_finite(name, parts[name])
+    parts["q"] = model._terms.configuration(parts["q"])
+    z = model._terms.internal(given.get("z"))
+    v = parts.get("v", np.zeros(model.nv))
+    return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
+
+
+def _check_constraints(model: Model, state: State, setting: Setting) -> None:
+    """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
+    model._check_left_out(state.q, state.v, setting.t, setting.parameters)
+    if not model.multipliers:
+        return
+    given = setting.given
+    at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
+    rows = [("rate", model.multipliers, at_velocity)]
+    if model.functions.sizes["holonomic"]:
+        at_position = next(iter(model.evaluate("constraint", state.q, **given).values()))
+        rows.insert(0, ("position", model.multipliers, at_position))
+    if state.a is not None:
+        (B,) = model.evaluate("constraint_jacobian", state.q, **given).values()
+        (g,) = model.evaluate("constraint_bias", state.q, state.v, **given).values()
+        rows.append(("acceleration", model.multipliers, B @ state.a + g))
+    for level, names, values in rows:
+        worst = int(np.argmax(np.abs(values)))
+        if not abs(values[worst]) <= MET:
+            what = f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
+            hint = "a without it, for that of the motion" if level == "acceleration" else "q and v of model.consistent(q, v)"
+            raise UsageError(Problem("linearize", what, hint))
+
+
+def _found_state(
+    model: Model, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
+) -> tuple[State, Setting]:
+    """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
+    if at not in (None, "equilibrium", "steady", "initial"):
+        hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
+        raise UsageError(Problem("linearize", f"at = {at!r} says nothing", hint))
+    where = (initial, setting.parameters, setting.t, setting.u)
+    turning = at is None and setting.base is None and _base_moves(model, setting)
+    if at == "steady" or turning:
+        try:
+            return _resting("steady motion", model.steady_motion(_at_rest(model) if turning else None, None, *where), setting)
+        except NumericalError:
+            if at == "steady":
+                raise
+    if at in (None, "equilibrium"):
+        try:
+            found = model.equilibrium(*where, any_kind=any_kind)
+            if doubts := found.doubts(any_kind=any_kind):
+                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(doubts)}"
+                warnings.warn(what, RuntimeWarning, stacklevel=5)
+            return _resting("equilibrium", found, setting)
+        except (NumericalError, ModelError):
+            if at == "equilibrium":
+                raise
+    start = initial_state(model, initial, setting.parameters)
+    q, v = start.q, start.v
+    if model.multipliers:
+        consistent = model.consistent(q, v, setting.t, parameters=setting.parameters)
+        q, v = consistent.q, consistent.v
+    return State("initial state", q, v, start.z), setting
+
+
+def _resting(what: str, found: Rest, setting: Setting) -> tuple[State, Setting]:
+    """Return a state that was found, and the base as it was then; warn where its velocities turn."""
+    if np.any(found.a):
+        how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
+        hint = "a frame on a free joint that does not spin, with spins as joints of their own"
+        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
+    state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
+    return state, replace(setting, t=found.t, base=found.base if setting.base is None else setting.base)
+
+
+def _base_moves(model: Model, setting: Setting) -> bool:
+    return "base" in model.functions and bool(np.any(model.base(setting.t, parameters=setting.parameters)[7:]))
+
+
+def _at_rest(model: Model) -> dict[str, float]:
+    """Return velocities of zero against the base, for all components."""
+    return dict.fromkeys(model.v_names, 0.0)
+
+
+def _measures(
+    model: Model, state: State, a: Array, setting: Setting, independent: Sequence[str]
+) -> tuple[Measures, Names]:
+    """Return what neighbouring motions are measured by, and all names.
+
+    Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do where the
+    caller makes one of them independent.
+    """
+    components, joints = [name.removeprefix("v.") for name in model.v_names], joint_factors(model.scene)
+    of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
+    absolute = model.scene.coordinates == "absolute"
+    by_joints = absolute and not (independent and all(name in components for name in independent))
+    measured = of_joints if by_joints else components
+    for name in independent:
+        check_name("coordinate of a joint" if by_joints else "component", name, measured)
+    names = _names(model, components, measured)
+    if not by_joints:
+        return Measures.components(model.factors, state.v, a), names
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **setting.given)
+    of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
+    shape = (len(measured), model.nv)
+    partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}
+    return Measures(joints, blocks["joint_v"], blocks["joint_a"], **partials), names
+
+
+def _names(model: Model, components: Sequence[str], measured: Sequence[str]) -> Names:
+    scene = model.scene
+    outputs = [
+        name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
+    ]
+    driven = tuple(model.inputs[number] for number in driven_inputs(scene))
+    return Names(
+        tuple(components), tuple(measured), model.states, driven, disturbance_names(scene), tuple(outputs)
+    )
+
+
+def _inputs(model: Model, setting: Setting) -> Array:
+    values = {"t": np.asarray(setting.t), "p": setting.parameters}
+    return model._terms._inputs(setting.u, values)

@@ -1,0 +1,268 @@
+"""What a steady motion has to meet, as values and partials of the compiled functions, and what they are measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.arguments import check_finite, check_name, components, numbers
+from eomgen.compiled.coordinates import elastic_amplitudes
+from eomgen.compiled.terms import Inputs
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.lie.product import update
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+#: A column of partials below this part of the largest is zero.
+_NOTHING = 1e-12
+_SAMPLES = 4
+
+
+@dataclass(frozen=True)
+class At:
+    """Values of all that a steady motion has to meet, and their partials, at q, v, a = vdot, z and multipliers.
+
+    Attributes
+    ----------
+    residual, position, velocity, acceleration, rates : r (nv,), of the rows Phi, B v + Phi_t and its rate, and zdot
+    K, C, M, Rz : partials of r in q (left-trivialised), v, a and z; its partial in the multipliers is B^T
+    B, Z : partials of the rows' velocities in v and q; the first rows of B are those of Phi in q
+    Aq, Av : partials of the rows' accelerations in q and v; in a they are B
+    Fq, Fv, Fz : partials of zdot
+    """
+
+    residual: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    rates: Array
+    K: Array
+    C: Array
+    M: Array
+    Rz: Array
+    B: Array
+    Z: Array
+    Aq: Array
+    Av: Array
+    Fq: Array
+    Fv: Array
+    Fz: Array
+
+    @property
+    def values(self) -> Array:
+        """All values, one after the other."""
+        return np.concatenate([self.residual, self.position, self.velocity, self.acceleration, self.rates])
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The conditions of a model at parameters, a time and inputs.
+
+    Attributes
+    ----------
+    extents : (nv,) what displacements are measured by: 1 rad, or the largest length of the scene
+    pace : 1/s, what velocities are measured by: of the velocities given, or of a pendulum as long as the scene
+    """
+
+    model: Model
+    parameters: Array
+    t: float
+    u: Inputs
+    extents: Array
+    pace: float
+
+    @property
+    def turning(self) -> Mask:
+        return np.array([unit == "rad/s" for unit in self.model.v_units], dtype=bool)
+
+    def around(self, change: Array) -> Array:
+        """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
+        amplitudes = np.array(elastic_amplitudes(self.model.factors, self.model.scene.bodies))
+        elastic = np.isfinite(amplitudes)
+        small: Array = np.where(elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change * self.extents)
+        return small
+
+    def after(self, seconds: float) -> Conditions:
+        """Return the conditions at a later time."""
+        return replace(self, t=self.t + seconds)
+
+    def followed(self, q: Array) -> Array:
+        """Return q with what it counts over turns brought to where its poses are."""
+        return self.model._terms.followed(q, self.t, self.parameters)
+
+    def _given(self, **more: Any) -> dict[str, Any]:
+        return {"t": self.t, "u": self.u, "parameters": self.parameters, **more}
+
+    def _term(self, name: str, q: Array, v: Array, a: Array, **more: Any) -> list[Array]:
+        return list(self.model.evaluate(name, q, v, a, **self._given(**more)).values())
+
+    def root_of_mass(self, q: Array) -> Array:
+        """Return L of M = L L^T. Raises numpy.linalg.LinAlgError."""
+        return np.asarray(np.linalg.cholesky(self.model.mass(q, parameters=self.parameters)), dtype=float)
+
+    def accelerations(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
+        """Return M^-1 r, (nv,): minus the accelerations that nothing balances."""
+        (r,) = self._term("residual", q, v, a, z=z, multipliers=lam)
+        return np.asarray(np.linalg.solve(self.model.mass(q, parameters=self.parameters), r), dtype=float)
+
+    def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
+        """Return what ``At.values`` are, without partials."""
+        model = self.model
+        parts = self._term("residual", q, v, a, z=z, multipliers=lam)
+        if model.multipliers:
+            if model.functions.sizes["holonomic"]:
+                parts += self._term("constraint", q, v, a)
+            parts += self._term("constraint_velocity", q, v, a)
+            parts.append(self._term("constraint_bias", q, v, a)[0] + self._term("constraint_jacobian", q, v, a)[0] @ a)
+        if model.nz:
+            parts += self._term("internal_rate", q, v, a, z=z)
+        return np.concatenate(parts)
+
+    def at(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> At:
+        """Return values and partials."""
+        model = self.model
+        nv, nz, rows = model.nv, model.nz, len(model.multipliers)
+        holonomic = model.functions.sizes["holonomic"] if rows else 0
+        residual, position, velocity, acceleration, rates = np.split(
+            self.values(q, v, a, z, lam), np.cumsum([nv, holonomic, rows, rows])
+        )
+        K, C, M = self._term("partials", q, v, a, z=z, multipliers=lam)
+        B = Z = Aq = Av = np.zeros((0, nv))
+        if rows:
+            (B,), (Z,) = self._term("constraint_jacobian", q, v, a), self._term("velocity_partials", q, v, a)
+            Aq, Av = self._term("acceleration_partials", q, v, a)
+        Rz, Fq, Fv, Fz = np.zeros((nv, 0)), np.zeros((0, nv)), np.zeros((0, nv)), np.zeros((0, 0))
+        if nz:
+            Rz, Fq, Fv, Fz = self._term("internal_partials", q, v, a, z=z)
+        return At(residual, position, velocity, acceleration, rates, K, C, M, Rz, B, Z, Aq, Av, Fq, Fv, Fz)
+
+    def multipliers(self, q: Array, v: Array, a: Array, z: Array) -> Array:
+        """Return the multipliers that leave least of the forces unbalanced, these in the measure of kinetic energy."""
+        rest = np.zeros(len(self.model.multipliers))
+        if not len(rest):
+            return rest
+        L = self.root_of_mass(q)
+        r = np.linalg.solve(L, self._term("residual", q, v, a, z=z, multipliers=rest)[0])
+        B = np.linalg.solve(L, self._term("constraint_jacobian", q, v, a)[0].T)
+        if not (np.all(np.isfinite(r)) and np.all(np.isfinite(B))):
+            return rest
+        return np.asarray(np.linalg.lstsq(B, -r, rcond=None)[0], dtype=float)
+
+    def jacobian(self, q: Array) -> Array:
+        """Return B, (rows, nv)."""
+        rest = np.zeros(self.model.nv)
+        return self._term("constraint_jacobian", q, rest, rest)[0]
+
+    def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
+        """Return an arbitrary state near q that meets the constraints, any a, and multipliers of their size; None without."""
+        model = self.model
+        v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
+        eta = rng.normal(0.0, 0.5, model.nv)
+        for share in (1.0, 0.3, 0.1, 0.03):
+            there = self.followed(update(model.factors, q, self.around(share * eta)))
+            if not model.multipliers:
+                return there, v, a, np.zeros(0)
+            try:
+                met = model.consistent(there, v, self.t, parameters=self.parameters)
+            except (ModelError, np.linalg.LinAlgError):
+                continue
+            B, force = self.jacobian(met.q), model.mass(met.q, parameters=self.parameters) @ pushed
+            if np.all(np.isfinite(B)) and np.all(np.isfinite(force)):
+                return met.q, met.v, a, np.asarray(np.linalg.lstsq(B.T, force, rcond=None)[0])
+        return None
+
+    def measured(self, at: At, parts: Array) -> tuple[Array, Array]:
+        """Return ``At.values`` (or columns of them), forces as the accelerations that they would give, each by its measure.
+
+        Also what rounding of the terms may leave of each value. Accelerations are measured by the pace, twice, and the extent.
+        """
+        extents, pace = self.extents, self.pace
+        speed = pace * extents
+        inverse = np.linalg.inv(at.M)
+        nv, holonomic = len(extents), len(at.position)
+        rows = np.abs(at.B) @ extents
+        rows = np.where(rows > 0.0, rows, float(np.max(extents, initial=1.0)))
+        terms = np.abs(at.Fq) @ extents + np.abs(at.Fv) @ speed
+        terms = np.where(terms > 0.0, terms, np.max(np.abs(at.Fz), axis=1, initial=0.0))
+        sizes = np.concatenate([rows[:holonomic], pace * rows, pace * pace * rows, np.where(terms > 0.0, terms, 1.0)])
+        left = [
+            rows[:holonomic], np.abs(at.Z) @ extents + np.abs(at.B) @ speed,
+            np.abs(at.Aq) @ extents + np.abs(at.Av) @ speed, terms,
+        ]  # fmt: skip
+        forces = np.abs(inverse) @ (np.abs(at.K) @ extents + np.abs(at.C) @ speed)
+        rounding = np.concatenate([forces / (pace * speed), np.concatenate(left) / sizes])
+        scale = np.concatenate([pace * speed, sizes])
+        accelerations = inverse @ parts[:nv]
+        every = np.concatenate([accelerations, parts[nv:]])
+        shape = (-1,) + (1,) * (every.ndim - 1)
+        return every / scale.reshape(shape), 64.0 * float(np.finfo(float).eps) * rounding
+
+    def ignorable(self, q: Array, z: Array) -> Mask:
+        """Return on which coordinates nothing depends, (nv,), by partials at arbitrary states."""
+        model = self.model
+        rng = np.random.default_rng(1)
+        nothing = np.ones(model.nv, dtype=bool)
+        for sample in filter(None, (self.sample(q, rng) for _ in range(_SAMPLES))):
+            there, v, _, lam = sample
+            at = self.at(there, v, np.zeros(model.nv), z, lam)
+            J, _ = self.measured(at, np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq]) * self.extents)
+            finite = np.all(np.isfinite(J), axis=0)
+            sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
+            nothing &= finite & (sizes <= _NOTHING * max(float(np.max(sizes, initial=0.0)), 1e-300))
+        return nothing
+
+
+def named_values(
+    model: Model, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
+) -> tuple[Array, Mask, Array, Mask]:
+    """Return q with the coordinates given put in, which components are held there, v, and which of its components are given.
+
+    Raises
+    ------
+    UsageError
+        Unknown names, components of a rotation, values that are not finite numbers or not as many as are needed.
+    """
+    q, v = q.copy(), np.zeros(model.nv)
+    held_q, held_v = np.zeros(model.nv, dtype=bool), np.zeros(model.nv, dtype=bool)
+    names = [name.removeprefix("v.") for name in model.v_names]
+    for what, given in (("velocities", velocities), ("coordinates", coordinates)):
+        if given is not None and not isinstance(given, Mapping):
+            raise UsageError(Problem(what, f"a mapping is needed, not {type(given).__name__}", f'{what}={{"{names[0]}": 2.0}}'))
+    for name, value in (velocities or {}).items():
+        check_name("component", str(name).removeprefix("v."), names)
+        k = names.index(name.removeprefix("v."))
+        v[k], held_v[k] = _number(f"velocity {name}", value), True
+    joints = {factor.name: factor for factor in model.factors}
+    single = {
+        label: (factor.q_start + k, factor.v_start + k)
+        for factor in model.factors
+        if factor.group == "R"
+        for k, label in enumerate(names[factor.v])
+    }
+    for name, numbers_of in (coordinates or {}).items():
+        if name in single:
+            place, component = single[name]
+            q[place], held_q[component] = _number(f"coordinate {name}", numbers_of), True
+            continue
+        check_name("coordinate or joint", name, [*single, *(joint for joint in joints if joint not in single)])
+        factor = joints[name]
+        q[factor.q] = components(f"coordinates {name}", numbers_of, factor.q_size)
+        held_q[factor.v] = True
+    check_finite("coordinates", q, model.q_names)
+    q = model._terms.configuration(q)
+    return q, held_q, v, held_v
+
+
+def _number(name: str, value: ArrayLike) -> float:
+    array = numbers(name, value)
+    if array.ndim:
+        raise UsageError(Problem(name, f"one number is needed, not an array of shape {array.shape}"))
+    check_finite(name, array)
+    return float(array)

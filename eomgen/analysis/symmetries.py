@@ -1,0 +1,212 @@
+"""Symmetries of a model's equations: ways to move it, and its velocities with it, by which nothing changes that acts on it.
+
+Looked for among the fields X(q) of rigid motions and spins: constant increments e (ignorable coordinates; the spin of a
+symmetric body about its own axis), increments Ad(q^-1) xi of each rotation or pose (motions of the frame that it is seen from),
+and turns of pairs of travels, A q. Velocities and accelerations go along with W = -ad(e) and A, forces with -W^T. All of it is
+linear in what is not known: a null space of partials at arbitrary states.
+A motion along a symmetry, v = X(q) with vdot = W v, that is balanced at one instant is so forever (Marsden 1992, chapter 4).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from eomgen.lie import numeric
+from eomgen.lie.groups import group_named
+from eomgen.lie.product import bracket_matrix
+
+if TYPE_CHECKING:
+    from eomgen.analysis.steady_conditions import Conditions
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+#: Singular values below this part of the largest are zero.
+_NOTHING = 1e-8
+#: Of more travels than these no turns among one another are looked for.
+_MOST_TRAVELS = 12
+#: Singular values of the constraints below this part of the largest are zero.
+_FREE = 1e-10
+#: A symmetry is told by so many equations for each number that is not known.
+_EQUATIONS = 3
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field X(q) = e + A q + Ad(q^-1) xi.
+
+    Attributes
+    ----------
+    e : (nv,)
+    A : (nv, nv), of the components of v; turns travels among one another
+    xi : (nv,), zero but for rotations and poses
+    W : (nv, nv), how velocities change along the field
+    """
+
+    e: Array
+    A: Array
+    xi: Array
+    W: Array
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Fields of a model, for motions along combinations of them: v = X(q) g; whether they are symmetries of its equations."""
+
+    model: Model
+    every: Sequence[Field]
+    symmetric: bool = True
+
+    def __len__(self) -> int:
+        return len(self.every)
+
+    def directions(self, q: Array) -> Array:
+        """Return X(q), (nv, number of fields)."""
+        if not self.every:
+            return np.zeros((self.model.nv, 0))
+        places, frames = _places(self.model, q), _moved_frames(self.model, q)
+        return np.column_stack([field.e + field.A @ places + frames @ field.xi for field in self.every])
+
+    def along(self, g: Array) -> Field:
+        """Return a combination as one field."""
+        nv = self.model.nv
+        parts = zip(g, self.every, strict=True)
+        total = Field(np.zeros(nv), np.zeros((nv, nv)), np.zeros(nv), np.zeros((nv, nv)))
+        for one, field in parts:
+            total = Field(
+                total.e + one * field.e, total.A + one * field.A, total.xi + one * field.xi, total.W + one * field.W
+            )
+        return total
+
+    def slope(self, q: Array, g: Array) -> Array:
+        """Return the left-trivialised derivative of X(q) g in q, (nv, nv)."""
+        field = self.along(g)
+        turned = np.asarray(bracket_matrix(self.model.factors, _moved_frames(self.model, q) @ field.xi), dtype=float)
+        result: Array = field.A + turned  # of Ad(q^-1) xi along eta: -ad(eta) of it
+        return result
+
+    def after(self, q: Array, g: Array, seconds: float) -> Array:
+        """Return where the motion along a combination is after some time, (nq,)."""
+        field, nv = self.along(g), self.model.nv
+        affine = np.zeros((nv + 1, nv + 1))
+        affine[:nv, :nv], affine[:nv, nv] = field.A, field.e
+        places = (expm(seconds * affine) @ np.append(_places(self.model, q), 1.0))[:nv]
+        result = q.copy()
+        for factor in self.model.factors:
+            if factor.group == "R":
+                result[factor.q] = places[factor.v]
+                continue
+            group = group_named(factor.group, factor.v_size)
+            carried = numeric.compose(group, numeric.exp(group, seconds * field.xi[factor.v]), q[factor.q])
+            result[factor.q] = numeric.update(group, carried, seconds * field.e[factor.v])
+        return result
+
+
+def constant(model: Model, components: Sequence[int], extents: Array) -> Fields:
+    """Return the fields along which single components of v stay what they are, each of the size of its measure."""
+    nv = model.nv
+    none = np.zeros((nv, nv))
+    return Fields(model, [Field(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components], symmetric=False)
+
+
+def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
+    """Return the symmetries of a model, told by states around q that meet the constraints."""
+    model = conditions.model
+    basis = _candidates(model, conditions.extents)
+    rng = np.random.default_rng(1)
+    count = 2 + _EQUATIONS * len(basis) // max(model.nv, 1)
+    samples = filter(None, (conditions.sample(q, rng) for _ in range(count)))
+    parts = [_equations(conditions, basis, *sample, z) for sample in samples]
+    if not parts:
+        return Fields(model, [])
+    matrix = np.concatenate(parts)
+    matrix = matrix[np.all(np.isfinite(matrix), axis=1)]
+    _, singular, Vt = np.linalg.svd(matrix)
+    rank = int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300)))
+    found = (Fields(model, basis).along(one) for one in Vt[rank:])
+    return Fields(model, [_scaled(model, field, q, conditions.extents) for field in found])
+
+
+def _scaled(model: Model, field: Field, q: Array, extents: Array) -> Field:
+    """Return a field of size one at q, each component by its measure."""
+    size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / extents)) or 1.0
+    return Field(field.e / size, field.A / size, field.xi / size, field.W / size)
+
+
+def _candidates(model: Model, extents: Array) -> list[Field]:
+    """Return all fields that are looked for, each with a single number in e, A or xi, of the size of its measure."""
+    nv = model.nv
+    none, rest = np.zeros((nv, nv)), np.zeros(nv)
+    unit = np.diag(extents)
+    found = []
+    for factor in model.factors:
+        for k in range(factor.v_start, factor.v_start + factor.v_size):
+            W = none if factor.group == "R" else -np.asarray(bracket_matrix(model.factors, unit[k]), dtype=float)
+            found.append(Field(unit[k], none, rest, W))
+            if factor.group != "R":
+                found.append(Field(rest, none, unit[k], none))
+    single = [k for factor in model.factors if factor.group == "R" for k in range(factor.v_start, factor.v_start + factor.v_size)]
+    travels = [k for k in single if model.v_units[k] == "m/s"]
+    for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
+        A = np.zeros((nv, nv))
+        A[i, j], A[j, i] = -1.0, 1.0
+        found.append(Field(rest, A, rest, A))
+    return found
+
+
+def _equations(
+    conditions: Conditions, basis: Sequence[Field], q: Array, v: Array, a: Array, lam: Array, z: Array
+) -> Array:
+    """Return what a symmetry has to meet at a state, one column for each candidate, each row by its terms.
+
+    Rows of constraints may turn into one another, and multipliers with them: so they have to stay met, no more, and forces to go
+    along but for those that the constraints carry.
+    """
+    at = conditions.at(q, v, a, z, lam)
+    holonomic = len(at.position)
+    places, frames = _places(conditions.model, q), _moved_frames(conditions.model, q)
+    one, speed = conditions.extents, np.abs(v)
+    free = np.eye(len(v))
+    if len(at.B) and np.all(np.isfinite(at.B)):
+        _, singular, Vt = np.linalg.svd(at.B * one)
+        free = one[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
+    columns = []
+    for field in basis:
+        eta, by_v, by_a = field.e + field.A @ places + frames @ field.xi, field.W @ v, field.W @ a
+        forces = at.K @ eta + at.C @ by_v + at.M @ by_a + field.W.T @ at.residual
+        columns.append(
+            np.concatenate([free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v])
+        )
+    size = np.concatenate(
+        [
+            np.abs(free.T) @ (np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)),
+            np.abs(at.B[:holonomic]) @ one, np.abs(at.Z) @ one + np.abs(at.B) @ speed,
+            np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed,
+        ]
+    )  # fmt: skip
+    return np.asarray(np.column_stack(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
+
+
+def _places(model: Model, q: Array) -> Array:
+    """Return the plain coordinates in the places of their velocities, (nv,); 0 in those of rotations and poses."""
+    result = np.zeros(model.nv)
+    for factor in model.factors:
+        if factor.group == "R":
+            result[factor.v] = q[factor.q]
+    return result
+
+
+def _moved_frames(model: Model, q: Array) -> Array:
+    """Return the block diagonal Ad(q^-1) of rotations and poses, (nv, nv); 0 for plain coordinates."""
+    result = np.zeros((model.nv, model.nv))
+    for factor in model.factors:
+        if factor.group != "R":
+            group = group_named(factor.group, factor.v_size)
+            result[factor.v, factor.v] = numeric.adjoint(group, numeric.inverse(group, q[factor.q]))
+    return result

@@ -1,0 +1,58 @@
+"""A Map of the tape -> a loop of the Program: its kernel as statements, its constants and gathered places as tables.
+
+In a function that runs a loop, both what it gathers and what it gives lie in the workspace, in ranges of their own, so that
+neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced places, the
+rule in meshes and chains, are copied by loops too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import cast
+
+from eomgen.codegen.program import ProgramLoop
+from eomgen.symbolic.map import KERNEL_BLOCKS, Map
+from eomgen.symbolic.tape import Tape
+
+#: Copies of equally spaced places become a loop from this length on.
+RUN_FROM = 4
+
+
+def program_loop(tape: Tape, number: int) -> ProgramLoop:
+    """Return the loop behind Map ``number`` of a tape."""
+    from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # a function's schedule places loops, a loop's kernel is scheduled
+
+    loop = cast("Map", tape.maps[number])
+    place = {ref: position for position, ref in enumerate(loop.gathered)}
+    kernel = schedule(loop.kernel, (loop.sums, loop.last, loop.stacked), KERNEL_BLOCKS, part_limit=10**9, fill=False)
+    return ProgramLoop(
+        label=loop.label,
+        count=loop.count,
+        gathered=len(loop.gathered),
+        results=loop.size,
+        constants=tuple(zip(*loop.elements, strict=True)) if loop.elements else (),
+        index=tuple(tuple(place[slot[element]] for slot in loop.gather) for element in range(loop.count)) if loop.gather else (),
+        shared=tuple(place[ref] for ref in loop.shared),
+        initial=tuple(place[ref] for ref in loop.initial),
+        sums=len(loop.sums),
+        stacked=len(loop.stacked),
+        statements=kernel.parts[0].statements,
+        reads=kernel.parts[0].inputs,
+    )
+
+
+def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
+    """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
+    start = 0
+    while start < len(places):
+        end = start + 1
+        step = (0, 0)
+        if end < len(places):
+            step = (places[end][0] - places[start][0], places[end][1] - places[start][1])
+            while end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step:
+                end += 1
+        length = end - start
+        if length < shortest:
+            end, length, step = start + 1, 1, (0, 0)
+        yield (*places[start], *step, length)
+        start = end

@@ -1,0 +1,115 @@
+"""Before one statement is written: what outputs need, what is computed together, in which part, and who uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import accumulate
+
+from eomgen.codegen.scheduling.rerolling import Roll, operands
+from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
+
+_CIRCULAR = (Op.SIN, Op.COS)
+_MAP = Op.MAP
+
+
+class Plan:
+    """The operations behind some outputs, cut into parts of nearly equal length.
+
+    Attributes
+    ----------
+    live : all operations, in order; ``order`` : without those that are computed together with an earlier one.
+    members : from an operation to those computed together with it: cosine with sine, results of a Map.
+    part_of, last_part : the part that computes an operation, and the last one that reads it.
+    uses : how often an operation is read or stored.
+    stores : where an operation is stored: output number, component, sign.
+    rolls : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
+    read_outside : operations of loops that are read outside of their loop.
+    """
+
+    def __init__(
+        self, tape: Tape, outputs: Sequence[Sequence[Ref]], part_limit: int, roll: Callable[[Tape, Sequence[int]], list[Roll]]
+    ) -> None:
+        self.tape = tape
+        self.live = [node for node in tape.live(ref for refs in outputs for ref in refs) if tape.op[node] not in LEAVES]
+        self.rolls = {loop.turns[0][0]: loop for loop in roll(tape, self.live)}
+        self.head = {node: head for head, loop in self.rolls.items() for turn in loop.turns for node in turn}
+        leader = self._leaders()
+        self.order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
+        self.members: dict[int, list[int]] = {}
+        for node, first in leader.items():
+            self.members.setdefault(first, []).append(node)
+        weights = [self.weight(node) for node in self.order]
+        self.parts = max(1, -(-sum(weights) // part_limit))
+        length = max(1, -(-sum(weights) // self.parts))
+        before = accumulate(weights, initial=0)
+        self.part_of = {node: begun // length for node, begun in zip(self.order, before, strict=False)}
+        self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
+        for node in self.order:
+            self.by_part[self.part_of[node]].append(node)
+        for node, head in self.head.items():
+            self.part_of[node] = self.part_of[head]
+        for node, first in leader.items():
+            self.part_of[node] = self.part_of[first]
+        self.last_part = dict(self.part_of)
+        self.uses = dict.fromkeys(self.live, 0)
+        self.read_outside: set[int] = set()
+        self._count_reads()
+        self.stores: dict[int, list[tuple[int, int, int]]] = {}
+        for number, refs in enumerate(outputs):
+            for component, ref in enumerate(refs):
+                if abs(ref) in self.uses:
+                    self.uses[abs(ref)] += 1
+                    self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
+
+    def part(self, number: int) -> list[int]:
+        """Return the operations of a part."""
+        return self.by_part[number]
+
+    def weight(self, node: int) -> int:
+        """Return how many operations are written for an entry of ``order``."""
+        return self.rolls[node].period if node in self.rolls else 1
+
+    def group(self, node: int) -> list[int]:
+        """Return an operation and those computed together with it, in order."""
+        others = self.members.get(node)
+        return [node] if others is None else sorted([node, *others])
+
+    def crossing(self, number: int) -> list[int]:
+        """Return the operations of a part that a later one reads; results of loops stay where they are anyway."""
+        return [
+            node
+            for first in self.part(number)
+            if self.tape.op[first] is not Op.MAP and first not in self.rolls
+            for node in self.group(first)
+            if self.last_part[node] > number
+        ]
+
+    def _leaders(self) -> dict[int, int]:
+        op, a = self.tape.op, self.tape.a
+        first_of: dict[tuple[bool, int], int] = {}
+        leader: dict[int, int] = {}
+        for node in self.live:
+            if node in self.head:
+                continue
+            code = op[node]
+            if code in _CIRCULAR or code is _MAP:
+                first = first_of.setdefault((code is _MAP, abs(a[node])), node)
+                if first != node:
+                    leader[node] = first
+        return leader
+
+    def _count_reads(self) -> None:
+        tape, uses, last_part = self.tape, self.uses, self.last_part
+        for node in self.order:
+            part = self.part_of[node]
+            if node in self.rolls:  # what a loop reads gets a statement of its own, so it counts twice
+                read = [ref for turn in self.rolls[node].turns for member in turn for ref in operands(tape, member)] * 2
+            else:
+                read = list(tape.operands(node) if tape.op[node] is _MAP else operands(tape, node))
+            for ref in read:
+                operand = abs(ref)
+                if operand in uses:
+                    if operand in self.head and self.head[operand] != node:
+                        self.read_outside.add(operand)
+                    uses[operand] += 1
+                    last_part[operand] = max(part, last_part[operand])

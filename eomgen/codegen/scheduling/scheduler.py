@@ -1,0 +1,263 @@
+"""One function of a tape -> parts of statements: order, fusion of sine with cosine, nesting of values used once, chunks.
+
+Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in chunks), so a
+long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a workspace. What repeats
+in a long function becomes loops first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+from eomgen.codegen.program import Part
+from eomgen.codegen.scheduling.loop_writer import LoopWriter
+from eomgen.codegen.scheduling.maps import runs
+from eomgen.codegen.scheduling.plan import Plan
+from eomgen.codegen.scheduling.rerolling import Roll, find_rolls, operands
+from eomgen.codegen.scheduling.writer import Open
+from eomgen.symbolic.map import Map
+from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
+
+#: Operations per part at most; a function this long compiles in about a second.
+PART_LIMIT = 1500
+#: Operations in one statement at most; longer ones are harder to read, not faster.
+NEST_LIMIT = 6
+#: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
+FILL_FROM = 9
+#: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of them.
+ROLL_FROM = 1500
+ROLLED_PART = 0.6
+#: From this many angles on, their sines and cosines are taken in one loop.
+TOGETHER = 3
+
+_NAMES: list[str] = [""] * (max(Op) + 1)
+for _op in Op:
+    _NAMES[_op] = _op.name
+_INPUT, _MAP = Op.INPUT, Op.MAP
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The parts of a function, the size of its workspace, and its number of operations (a loop's kernel counts once)."""
+
+    parts: tuple[Part, ...]
+    workspace: int
+    operations: int
+
+
+class _Scheduler(LoopWriter):
+    """Writes a function operation by operation."""
+
+    def _node(self, node: int) -> None:
+        tape, plan = self.tape, self.plan
+        code = tape.op[node]
+        if code is _MAP:
+            self._map(node)
+        elif node in plan.rolls:
+            self._repeat(plan.rolls[node])
+        elif node in self.circular:
+            return
+        elif node in plan.members:
+            if node not in self.expressions:
+                self._sine_and_cosine(node)
+        else:
+            taken, total = self._take(operands(tape, node))
+            expression = (_NAMES[code], *taken)
+            if code is Op.CURVE:
+                curve, derivative = tape.curves[tape.b[node]]
+                number = self.curve_numbers.setdefault(id(curve), len(self.curve_numbers))
+                expression = ("CURVE", taken[0], number, derivative)
+            if plan.uses[node] > 1 or plan.last_part[node] > plan.part_of[node]:
+                self.locals += 1
+                self._emit("let", self.locals, expression)
+                self.expressions[node] = self.locals
+                self._store(node)
+            elif node in plan.stores:
+                number, component, sign = plan.stores[node][0]
+                self.open.outputs.add(number)
+                self._emit("out", number, component, expression if sign > 0 else ("neg", expression))
+            else:
+                self.expressions[node] = expression
+                self.waiting[node] = total
+
+    def _sine_and_cosine(self, node: int) -> None:
+        tape = self.tape
+        (other,) = self.plan.members[node]
+        sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
+        (argument,), _ = self._take((tape.a[sine],))
+        self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
+        self.locals += 2
+        self._emit("sincos", self.locals - 1, self.locals, argument)
+        self._store(sine)
+        self._store(cosine)
+
+    def _angles(self, nodes: Sequence[int]) -> None:
+        """Take sine and cosine of all angles that are inputs together, which compilers turn into vector instructions."""
+        tape = self.tape
+        leaders = [
+            node for node in nodes
+            if tape.op[node] in (Op.SIN, Op.COS) and node in self.plan.members and tape.op[abs(tape.a[node])] is _INPUT
+        ]  # fmt: skip
+        if len(leaders) < TOGETHER:
+            return
+        angles = []
+        for node in leaders:
+            (other,) = self.plan.members[node]
+            sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
+            self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
+            self.locals += 2
+            angles.append((self.locals - 1, self.locals, self._leaf(tape.a[sine])))
+        self._emit("angles", tuple(angles))
+        for node in leaders:
+            for member in (node, *self.plan.members[node]):
+                self._store(member)
+
+    def _map(self, node: int) -> None:
+        """Run a loop: gather into the workspace, call, and leave the results where they are."""
+        tape = self.tape
+        loop = cast("Map", tape.maps[tape.a[node]])
+        first = self.slots
+        results = first + len(loop.gathered)
+        self.slots = results + loop.size
+        self.open.workspace = True
+        self._gather(loop.gathered, first)
+        self._emit("loop", self.loop_numbers.setdefault(tape.a[node], len(self.loop_numbers)), first, results)
+        members = self.plan.group(node)
+        for result in members:
+            self.expressions[result] = ("w", results + tape.b[result])
+        self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
+
+    def _gather(self, refs: Sequence[Ref], slot: int) -> None:
+        """Copy values to consecutive slots, inputs and workspace by runs."""
+        sources: dict[str, list[tuple[int, int]]] = {}
+        for position, ref in enumerate(refs, slot):
+            node = abs(ref)
+            expression = self._leaf(ref)
+            if node in self.waiting:
+                del self.waiting[node]
+            if isinstance(expression, tuple) and expression[0] == "in" and expression[1] not in ("p", "t", "base"):
+                sources.setdefault(expression[1], []).append((position, expression[2]))
+            elif isinstance(expression, tuple) and expression[0] == "w":
+                sources.setdefault("w", []).append((position, expression[1]))
+            else:
+                self._emit("save", position, expression)
+        for block, places in sources.items():
+            for to, start, to_step, step, length in runs(places):
+                if length == 1:
+                    self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
+                else:
+                    self._emit("gather", to, to_step, block, start, step, length)
+
+    def _spread(self, members: Sequence[int], head: int, width: int) -> None:
+        """Store results that are outputs, by runs over the elements."""
+        groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
+        for node in members:
+            result = self.tape.b[node]
+            column = -1 - result if result < head else (result - head) % width
+            for number, component, sign in self.plan.stores.get(node, ()):
+                expression = self.expressions[node]
+                if isinstance(expression, tuple):
+                    groups.setdefault((number, sign, column), []).append((component, expression[1]))
+        for (number, sign, _), places in groups.items():
+            self.open.outputs.add(number)
+            for to, start, to_step, step, length in runs(places):
+                if length == 1:
+                    self._emit("out", number, to, ("w", start) if sign > 0 else ("neg", ("w", start)))
+                else:
+                    self._emit("spread", number, to, to_step, start, step, length, sign)
+
+    def _leaves_out(self, may_fill: bool) -> None:
+        """Store outputs that are constants or inputs, before everything else."""
+        for number, refs in enumerate(self.outputs):
+            zeros = sum(ref == ZERO for ref in refs)
+            fill = may_fill and zeros >= FILL_FROM and 2 * zeros > len(refs)
+            if fill:
+                self.open.outputs.add(number)
+                self._emit("fill", number, len(refs))
+            left = [
+                (component, ref) for component, ref in enumerate(refs)
+                if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
+            ]  # fmt: skip
+            if self.plan.rolls:
+                numbers = [item for item in left if self.tape.value(item[1]) is not None]
+                left = [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
+            for component, ref in left:
+                self.open.outputs.add(number)
+                self._emit("out", number, component, self._leaf(ref))
+
+    def run(self, may_fill: bool) -> Schedule:
+        plan = self.plan
+        parts: list[Part] = []
+        free: list[int] = []
+        slot_of: dict[int, int] = {}
+        for number in range(plan.parts):
+            self.open = Open()
+            if number == 0:
+                self._leaves_out(may_fill)
+            if not plan.rolls:
+                self._angles(plan.part(number))
+            elif number == 0:
+                self._circular()
+            for node in plan.part(number):
+                while node >= self.next_label[0]:
+                    self.label = self.next_label[1]
+                    self.next_label = next(self.labels)
+                self._node(node)
+            for node in [node for node in slot_of if plan.last_part[node] <= number]:
+                free.append(slot_of.pop(node))
+            for node in plan.crossing(number):
+                if node in self.circular or node in self.kept:
+                    self.expressions[node] = ("w", self.kept[node]) if node in self.kept else self.expressions[node]
+                    continue
+                if not free:
+                    free.append(self.slots)
+                    self.slots += 1
+                slot_of[node] = free.pop()
+                self._emit("save", slot_of[node], self.expressions[node])
+                self.expressions[node] = ("w", slot_of[node])
+                self.open.workspace = True
+            length = sum(plan.weight(node) for node in plan.part(number))
+            inputs = tuple(block for block in self.input_order if block in self.open.inputs)
+            outputs = tuple(sorted(self.open.outputs))
+            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length))
+        return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
+
+
+def schedule(
+    tape: Tape,
+    outputs: Sequence[Sequence[Ref]],
+    input_order: Sequence[str],
+    part_limit: int = PART_LIMIT,
+    nest_limit: int = NEST_LIMIT,
+    loop_numbers: dict[int, int] | None = None,
+    curve_numbers: dict[int, int] | None = None,
+    *,
+    fill: bool = True,
+    roll: bool = True,
+) -> Schedule:
+    """Order the operations that the outputs need.
+
+    Parameters
+    ----------
+    outputs : for each output array, its references row by row.
+    input_order : the order in which parts name the input blocks they read.
+    loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
+    curve_numbers : from the id of a curve to its number in the Program; completed here.
+    fill : whether many structural zeros may become a loop.
+    roll : whether what repeats may become loops.
+    """
+    plan = Plan(tape, outputs, part_limit, _worthwhile if roll else lambda *_: [])
+    loops = {} if loop_numbers is None else loop_numbers
+    curves = {} if curve_numbers is None else curve_numbers
+    return _Scheduler(plan, outputs, input_order, nest_limit, loops, curves).run(fill)
+
+
+def _worthwhile(tape: Tape, live: Sequence[int]) -> list[Roll]:
+    """Return the loops of a long function, none where they would leave most of it as it is."""
+    if len(live) <= ROLL_FROM or any(tape.op[node] is _MAP for node in live):
+        return []
+    rolls = find_rolls(tape, live)
+    saved = sum((len(loop.turns) - 1) * loop.period for loop in rolls)
+    return rolls if len(live) - saved <= ROLLED_PART * len(live) else []

@@ -1,0 +1,81 @@
+"""Times at which equations on a tape are not analytic, as far as a series of time must know them: found on the tape itself.
+
+Steps of low order pass the joints of smooth splines without harm (see ``scene.corners``); a series must end at every one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eomgen.errors import ModelError, Problem
+from eomgen.symbolic.tape import InputSymbol, Op, Ref, Tape
+from eomgen.system.system import Discontinuity
+
+#: What has corners. A selection goes on after its condition, which is among these.
+_ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
+#: Blocks that do not change during a run.
+_HELD = frozenset({"p", "u", "followed"})
+
+
+def corners_in_time(source: Tape) -> tuple[Discontinuity, ...]:
+    """Return the times at which anything on a tape has a corner or goes on to another polynomial, each once.
+
+    Raises
+    ------
+    ModelError
+        Coordinates, tunable parameters or functions of time that are not linear decide where one is.
+    """
+    found: dict[tuple[float, float], Discontinuity] = {}
+    unknown: list[str] = []
+    for node in range(1, len(source.op)):
+        op, operands = source.op[node], source.operands(node)
+        if op not in _ROUGH and op is not Op.CURVE:
+            continue
+        blocks = {symbol.block for symbol in source.depends_on(operands)} - _HELD
+        lines = [line for ref in operands if (line := _line(source, ref)) is not None]
+        if len(lines) == len(operands):
+            found |= {(corner.time, corner.period): corner for corner in _corners(source, node, lines)}
+        elif blocks:
+            curve = source.curves[source.b[node]][0].name if op is Op.CURVE else ""
+            what = f"the pieces of curve {curve!r}" if op is Op.CURVE else f"{op.name.lower()}()"
+            decider = "the motion" if blocks - {"t"} else "a tunable parameter or a formula that is not linear in time"
+            unknown.append(f"{what}, decided by {decider}")
+    if unknown:
+        listed = "; ".join(dict.fromkeys(unknown))
+        what = f"a Taylor series needs smooth equations, or corners at times that are known; here are {listed}"
+        raise ModelError(Problem("method", what, "rk4 or generalized_alpha"))
+    return tuple(found[key] for key in sorted(found))
+
+
+def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:
+    """Return a and b where a reference is a t + b with constants, else None."""
+    node, sign = abs(ref), 1.0 if ref > 0 else -1.0
+    number = tape.value(node)
+    if number is not None:
+        return 0.0, sign * number
+    if tape.symbol(node) == InputSymbol("t", 0):
+        return sign, 0.0
+    if tape.op[node] not in (Op.ADD, Op.SUB, Op.MUL):
+        return None
+    first, second = (_line(tape, operand) for operand in tape.operands(node))
+    if first is None or second is None:
+        return None
+    if tape.op[node] is not Op.MUL:
+        side = 1.0 if tape.op[node] is Op.ADD else -1.0
+        return sign * (first[0] + side * second[0]), sign * (first[1] + side * second[1])
+    if first[0] and second[0]:
+        return None
+    return sign * (first[0] * second[1] + second[0] * first[1]), sign * first[1] * second[1]
+
+
+def _corners(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Iterator[Discontinuity]:
+    (a, b), (c, d) = lines[0], lines[1] if len(lines) > 1 else (0.0, 0.0)
+    if a == c:
+        return
+    if tape.op[node] is not Op.CURVE:
+        yield Discontinuity((d - b) / (a - c), 0.0, 0, (abs(b) + abs(d)) / abs(a - c))
+        return
+    curve = tape.curves[tape.b[node]][0]
+    period = float(curve.breaks[-1] - curve.breaks[0]) / abs(a) if curve.outside == "periodic" else 0.0
+    for place in curve.breaks:
+        yield Discontinuity((float(place) - b) / a, period, 0, (abs(float(place)) + abs(b)) / abs(a))

@@ -1,0 +1,98 @@
+"""The functions of a motion's Taylor coefficients as parts of a Program, and the sizes that errors are measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from eomgen.codegen.program import OutputArray, ProgramFunction
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.codegen.series.breakpoints import corners_in_time
+from eomgen.codegen.series.recurrence import NEXT, Recurrence
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
+from eomgen.symbolic.tape import Ref, Tape
+from eomgen.system.system import Discontinuity, System
+
+#: Input blocks of both functions, in the order of their arguments.
+START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
+NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, ORDER)
+#: Numbers in a vector; rows of products are filled up to whole ones.
+LANES = 8
+
+
+def series_functions(
+    system: System, curve_numbers: dict[int, int]
+) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
+    """Return ``series_start``, ``series_next`` and ``extent``, what a driver needs, and the times at which a series ends.
+
+    What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components of q and
+    of v are angles, and which are lengths.
+
+    Raises ModelError where the motion has no Taylor series.
+    """
+    recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
+    corners = corners_in_time(recurrence.source)
+    series, tape = recurrence.series, recurrence.series.tape
+    per_next = tape.input(ORDER, 2)
+    start: list[tuple[str, Sequence[Ref], str]] = [
+        ("left_0", [term.value for term in series.left], "left factors of the products"),
+        ("right_0", [term.value for term in series.right], "right factors"),
+        ("kept_0", series.kept, "what coefficients of all orders need"),
+    ]
+    later: list[tuple[str, Sequence[Ref], str]] = [
+        ("left_k", [term.next for term in series.left], "coefficient k of the left factors, or k times it"),
+        ("right_k", [term.next for term in series.right], "coefficient k of the right factors"),
+    ]
+    for block, terms in sorted(recurrence.rates.items()):
+        start.append((f"{block}_1", [term.value for term in terms], f"rate of {block}"))
+        coefficients = [tape.mul(per_next, term.next) for term in terms]
+        later.append((f"{block}_next", coefficients, f"coefficient k + 1 of {block}"))
+    functions = [
+        _function(tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, curve_numbers),
+        _function(tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, curve_numbers),
+    ]
+    if system.extent:
+        sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
+        functions.append(_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers))
+    room = -(-len(series.left) // LANES) * LANES
+    needed = {"products": len(series.left), "kept": len(series.kept), "room": room, "lanes": LANES, "kinds": _kinds(system)}
+    return tuple(functions), needed, corners
+
+
+def _kinds(system: System) -> list[dict[str, Any]]:
+    """Return the components of q and v of each kind that there is, ``angle`` and ``length``; quaternions are angles."""
+    members: dict[str, tuple[list[int], list[int]]] = {"angle": ([], []), "length": ([], [])}
+    for factor in system.factors:
+        if factor.group == "R":
+            of_v = of_q = list((system.angular or (True,) * system.nv)[factor.v_start : factor.v_start + factor.v_size])
+        else:
+            of_q, of_v = ([k < turning for k in range(size)] for turning, size in ((4, factor.q_size), (3, factor.v_size)))
+        for k, turns in enumerate(of_q):
+            members["angle" if turns else "length"][0].append(factor.q_start + k)
+        for k, turns in enumerate(of_v):
+            members["angle" if turns else "length"][1].append(factor.v_start + k)
+    return [
+        {"name": name, "q": q, "v": v, "q_adjacent": _adjacent(q), "v_adjacent": _adjacent(v)}
+        for name, (q, v) in members.items() if v
+    ]  # fmt: skip
+
+
+def _adjacent(components: Sequence[int]) -> bool:
+    return list(components) == list(range(components[0], components[0] + len(components)))
+
+
+def _function(
+    tape: Tape, name: str, description: str, blocks: Sequence[str], outputs: Sequence[tuple[str, Sequence[Ref], str]],
+    curve_numbers: dict[int, int],
+) -> ProgramFunction:  # fmt: skip
+    present = [output for output in outputs if output[1]]
+    made = schedule(
+        tape, [refs for _, refs, _ in present], blocks, PART_LIMIT, NEST_LIMIT, {}, curve_numbers, fill=False, roll=False
+    )
+    used = {block for part in made.parts for block in part.inputs}
+    return ProgramFunction(
+        name=name, description=description, inputs=tuple(block for block in blocks if block in used),
+        outputs=tuple(OutputArray(label, label, (len(refs),), len(refs), text) for label, refs, text in present),
+        parts=made.parts, workspace=made.workspace, operations=made.operations,
+        counts={},
+    )  # fmt: skip

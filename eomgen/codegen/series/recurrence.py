@@ -1,0 +1,241 @@
+"""The motion of a System as a recurrence of Taylor coefficients: two functions, order 0 and order k, for the Taylor stepper.
+
+Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is -M_0 a_k, and
+M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of inverse dynamics, about
+a third of those of forward dynamics. Where inverse dynamics is not at hand, forward dynamics is taken as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.symbolic.calculus.configuration import rotation
+from eomgen.symbolic.map import splice
+from eomgen.symbolic.series import LEFT, RIGHT, Series, Term, record_series
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.system.system import System
+
+#: Coefficient k of what blocks of the caller hold at order 0.
+NEXT = {"t": "t_k", "q": "q_k", "v": "v_k", "z": "z_k"}
+
+
+class Recurrence:
+    """Records both functions of a System.
+
+    Attributes
+    ----------
+    series : Series
+    rates : mapping from q, v, z to Terms
+        Their time derivatives: coefficient k is (k + 1) times coefficient k + 1 of the quantity itself.
+    by_inverse : bool
+        Whether accelerations come from inverse dynamics.
+    """
+
+    def __init__(self, system: System, *, by_inverse: bool) -> None:
+        self.system = system
+        self.by_inverse = by_inverse
+        self.series = Series(Tape())
+        self.source = Tape()
+        self._bindings = self._time_functions()
+        tape = self.series.tape
+        sizes = {"t": 1, "q": system.nq, "v": system.nv, "z": system.nz}
+        self._given = {
+            InputSymbol(block, index): Term(tape.input(block, index), tape.input(NEXT[block], index))
+            for block, size in sizes.items()
+            for index in range(size)
+        }
+        self._known: dict[int, Term] = {}
+        self.rates: dict[str, list[Term]] = {"q": self._terms(self._kinematic_rates())}
+        if system.nz:
+            self.rates["z"] = self._terms(self._copied("internal_rate"))
+        if by_inverse:
+            self.rates["v"] = _ByInverse(self.series, self.source, self._copied("residual"), self._given, self._known).solved(
+                self._at_start("mass"), system.dof_parent
+            )
+        else:
+            self.rates["v"] = self._terms(self._copied("forward_dynamics"))
+
+    def _time_functions(self) -> dict[InputSymbol, Ref]:
+        """Return base motion and inputs as functions of time on the source tape; an input may be held instead."""
+        functions, source = self.system.functions, self.source
+        bindings: dict[InputSymbol, Ref] = {}
+        if "base" in functions:
+            refs = splice(source, self.system.tape, functions["base"].refs, {}, unrolled=True)
+            bindings |= {InputSymbol("base", index): ref for index, ref in enumerate(refs)}
+        formulas = [ZERO] * self.system.nu
+        if "inputs" in functions:
+            formulas = splice(source, self.system.tape, functions["inputs"].refs, {}, unrolled=True)
+        for index, formula in enumerate(formulas):
+            followed = source.mul(source.input("followed", index), formula)
+            bindings[InputSymbol("u", index)] = source.add(source.input("u", index), followed)
+        return bindings
+
+    def _copied(self, name: str) -> list[Ref]:
+        return splice(self.source, self.system.tape, self.system.functions[name].refs, self._bindings, unrolled=True)
+
+    def _terms(self, refs: Sequence[Ref]) -> list[Term]:
+        return record_series(self.series, self.source, refs, self._given, self._known)
+
+    def _at_start(self, name: str) -> list[Ref]:
+        return splice(self.series.tape, self.source, self._copied(name), {})
+
+    def _kinematic_rates(self) -> list[Ref]:
+        """Return dq/dt: v, 1/2 q (0, omega), and R(q) v of poses."""
+        tape, rates = self.source, []
+        half = tape.constant(0.5)
+        for factor in self.system.factors:
+            q = [tape.input("q", factor.q_start + k) for k in range(factor.q_size)]
+            v = [tape.input("v", factor.v_start + k) for k in range(factor.v_size)]
+            if factor.group == "R":
+                rates += v
+                continue
+            w, x, y, z = q[:4]
+            products = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
+            rates += [tape.mul(half, _sum(tape, row, v[:3])) for row in products]
+            if factor.group == "SE3":
+                rates += [_sum(tape, row, v[3:]) for row in rotation(tape, q[:4])]
+        return rates
+
+
+class _ByInverse:
+    """Accelerations from a residual that is affine in them.
+
+    First everything with a_k = 0, then what a_k adds.
+    """
+
+    def __init__(
+        self, series: Series, source: Tape, residual: Sequence[Ref], given: dict[InputSymbol, Term], known: dict[int, Term]
+    ) -> None:
+        self.series, self.source, self.residual = series, source, residual
+        self.moved: set[int] = set()  # nodes that accelerations are in
+        live = source.live(residual)
+        for node in live:
+            symbol = source.symbol(node)
+            if (symbol is not None and symbol.block == "a") or any(abs(ref) in self.moved for ref in source.operands(node)):
+                self.moved.add(node)
+        self.order = [node for node in live if node in self.moved]
+        still = sorted({abs(ref) for node in self.order for ref in source.operands(node) if abs(ref) not in self.moved})
+        still += [abs(ref) for ref in residual if abs(ref) not in self.moved]
+        record_series(series, source, still, given, known)
+        self.known = known
+        self.numbers: dict[int, int] = {}
+        for node in self.order:
+            self.known[node] = self._without(node)
+
+    def _term(self, ref: Ref) -> Term:
+        return self.known[abs(ref)] if ref > 0 else self.series.negative(self.known[abs(ref)])
+
+    def _without(self, node: int) -> Term:
+        """Return a node as if accelerations had no coefficient k; those before are in the inner sums and in row 0."""
+        source, series, tape = self.source, self.series, self.series.tape
+        op = source.op[node]
+        if op is Op.INPUT:
+            return Term(ZERO, ZERO)
+        first, second = (self._term(ref) for ref in source.operands(node))
+        if op in (Op.ADD, Op.SUB):
+            return series.add(first, second if op is Op.ADD else series.negative(second))
+        carried, steady = self._split(node, first, second)
+        if steady.next == ZERO:
+            return series.scale(tape.div(ONE, steady.value) if op is Op.DIV else steady.value, carried)
+        number = self.numbers[node] = series.open_product()
+        at = [tape.input(LEFT, number), tape.input(RIGHT, number)]
+        if op is Op.DIV:  # z y = x, with y left and z right
+            reciprocal = series.keep(tape.div(ONE, steady.value))
+            last = tape.add(series.inner(number), tape.mul(steady.next, at[1]))
+            return Term(tape.div(carried.value, steady.value), tape.mul(reciprocal, tape.sub(carried.next, last)))
+        rest = tape.add(tape.mul(at[0], steady.next), tape.mul(at[1], carried.next))
+        return Term(tape.mul(carried.value, steady.value), tape.add(series.inner(number), rest))
+
+    def _split(self, node: int, first: Term, second: Term) -> tuple[Term, Term]:
+        """Return the operand with accelerations, and the other one."""
+        left, right = (abs(ref) in self.moved for ref in self.source.operands(node))
+        if self.source.op[node] not in (Op.MUL, Op.DIV) or left == right or (right and self.source.op[node] is Op.DIV):
+            raise ValueError("the residual is not affine in the accelerations")
+        return (first, second) if left else (second, first)
+
+    def solved(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[Term]:
+        """Return the accelerations, and complete the products that they are in."""
+        series = self.series
+        solve = _TreeSolver(series, mass, parents)
+        right = [series.negative(self._term(ref)) for ref in self.residual]
+        accelerations = [Term(*pair) for pair in zip(
+            solve([term.value for term in right], kept=False), solve([term.next for term in right], kept=True), strict=True
+        )]  # fmt: skip
+        added: dict[int, Term] = {}
+        for node in self.order:
+            added[node] = self._added(node, accelerations, added)
+        for node, number in self.numbers.items():
+            operands = [abs(ref) for ref in self.source.operands(node)]
+            signs = [1 if ref > 0 else -1 for ref in self.source.operands(node)]
+            if self.source.op[node] is Op.DIV:
+                whole = series.add(self.known[node], added[node])
+                series.close_product(number, self._signed(signs[1], self.known[operands[1]]), whole)
+                continue
+            carried, steady = (0, 1) if operands[0] in self.moved else (1, 0)
+            whole = series.add(self.known[operands[carried]], added[operands[carried]])
+            left, right_factor = self._signed(signs[carried], whole), self._signed(signs[steady], self.known[operands[steady]])
+            series.close_product(number, left, right_factor)
+        return accelerations
+
+    def _signed(self, sign: int, term: Term) -> Term:
+        return term if sign > 0 else self.series.negative(term)
+
+    def _added(self, node: int, accelerations: Sequence[Term], added: dict[int, Term]) -> Term:
+        """Return what accelerations add to a node."""
+        source, series, tape = self.source, self.series, self.series.tape
+        op = source.op[node]
+        if op is Op.INPUT:
+            return accelerations[source.inputs[source.a[node]].index]
+        zero = Term(ZERO, ZERO)
+        terms = [self._signed(1 if ref > 0 else -1, added.get(abs(ref), zero)) for ref in source.operands(node)]
+        if op in (Op.ADD, Op.SUB):
+            return series.add(terms[0], terms[1] if op is Op.ADD else series.negative(terms[1]))
+        steady = self._split(node, *(self._term(ref) for ref in source.operands(node)))[1]
+        change = terms[0] if abs(source.operands(node)[0]) in self.moved else terms[1]
+        if op is Op.DIV:
+            factor = tape.div(ONE, steady.value)
+            return Term(tape.mul(factor, change.value), tape.mul(series.keep(factor), change.next))
+        factor = steady.value if node not in self.numbers else tape.input(RIGHT, self.numbers[node])
+        factor = series.keep(factor) if node not in self.numbers else factor
+        return Term(tape.mul(steady.value, change.value), tape.mul(factor, change.next))
+
+
+class _TreeSolver:
+    """M = L^T D L from the tips to the root at order 0, and substitutions of right sides of any order."""
+
+    def __init__(self, series: Series, mass: Sequence[Ref], parents: Sequence[int]) -> None:
+        tape, size = series.tape, len(parents)
+        A = [list(mass[row * size : (row + 1) * size]) for row in range(size)]
+        self.series = series
+        self.factors: list[dict[int, Ref]] = [{} for _ in range(size)]
+        self.inverse = [ZERO] * size
+        for k in reversed(range(size)):
+            self.inverse[k] = tape.div(ONE, A[k][k])
+            above, i = [], parents[k]
+            while i >= 0:
+                above.append(i)
+                i = parents[i]
+            for position, i in enumerate(above):
+                factor = self.factors[k][i] = tape.mul(A[k][i], self.inverse[k])
+                for j in above[position:]:
+                    A[i][j] = A[j][i] = tape.sub(A[i][j], tape.mul(factor, A[k][j]))
+
+    def __call__(self, right: Sequence[Ref], *, kept: bool) -> list[Ref]:
+        """Return M^-1 right; ``kept`` says whether it is one of order k, which reads the factors from what is kept."""
+        tape, read = self.series.tape, self.series.keep if kept else (lambda ref: ref)
+        x = list(right)
+        for k in reversed(range(len(x))):
+            for i, factor in self.factors[k].items():
+                x[i] = tape.sub(x[i], tape.mul(read(factor), x[k]))
+        x = [tape.mul(read(inverse), value) for inverse, value in zip(self.inverse, x, strict=True)]
+        for k in range(len(x)):
+            for i, factor in self.factors[k].items():
+                x[k] = tape.sub(x[k], tape.mul(read(factor), x[i]))
+        return x
+
+
+def _sum(tape: Tape, row: Sequence[Ref], column: Sequence[Ref]) -> Ref:
+    total = ZERO
+    for left, right in zip(row, column, strict=True):
+        total = tape.add(total, tape.mul(left, right))
+    return total

@@ -1,0 +1,1 @@
+"""Target languages, one room each: names, printer, files."""

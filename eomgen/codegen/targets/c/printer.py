@@ -1,0 +1,213 @@
+"""Statements of a Program -> lines of C. Doubles are printed shortest-round-trip; functions and selections as ``EG_`` macros.
+
+Parentheses keep the order of evaluation of the tape, because floating-point sums are not associative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+from eomgen.codegen.program import Expression, Statement
+from eomgen.codegen.targets.c.naming import comment
+
+_SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
+_OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
+
+
+def number(value: float) -> str:
+    """Return the shortest text that reads back as the same double."""
+    return repr(float(value))
+
+
+#: Kinds of statements that count with ``i``.
+COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
+
+#: Angles are filled up to a multiple of this, the number of doubles in a common vector register.
+LANES = 4
+
+
+#: Entries of a table in one line.
+_ROW = 16
+
+
+def _place(start: int, step: int, counter: str = "i") -> str:
+    """Return the text of start + step i."""
+    if step == 0:
+        return str(start)
+    term = counter if abs(step) == 1 else f"{abs(step)} * {counter}"
+    if step < 0:
+        return f"{start} - {term}"
+    return f"{start} + {term}" if start else term
+
+
+class Printer:
+    """Prints expressions and statements.
+
+    Parameters
+    ----------
+    inputs : for each input block, its text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
+    outputs : for each output, by number, the name of its array or the texts of its components.
+    prefix : of the model's functions.
+    constants : names of positive numbers.
+    """
+
+    def __init__(
+        self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = "",
+        local: str = "x", constants: Mapping[float, str] | None = None,
+    ) -> None:  # fmt: skip
+        self.constants = constants or {}
+        self.prefix = prefix
+        self.local = local
+        self.inputs = inputs
+        self.outputs = outputs
+
+    def expression(self, expression: Expression) -> str:
+        """Return an expression as C text."""
+        return self._print(expression)[0]
+
+    def _print(self, expression: Expression) -> tuple[str, int]:
+        if isinstance(expression, int):
+            return (f"{self.local}{expression}", _ATOM) if expression > 0 else (f"-{self.local}{-expression}", _PREFIX)
+        kind = expression[0]
+        operator = _OPERATORS.get(kind)
+        if operator is not None:
+            symbol, rank = operator
+            left, left_rank = self._print(expression[1])
+            right, right_rank = self._print(expression[2])
+            if left_rank < rank:
+                left = f"({left})"
+            if right_rank <= rank or right_rank == _PREFIX:
+                right = f"({right})"
+            return left + symbol + right, rank
+        if kind == "K":
+            named = self.constants.get(abs(expression[1]))
+            if named is not None:
+                return (f"K({named})", _ATOM) if expression[1] > 0.0 else (f"-K({named})", _PREFIX)
+            return f"K({number(expression[1])})", _ATOM
+        if kind == "in":
+            text = self.inputs[expression[1]]
+            return (text.format(expression[2]) if isinstance(text, str) else text[expression[2]]), _ATOM
+        if kind == "w":
+            return f"w[{expression[1]}]", _ATOM
+        if kind == "neg":
+            inner, rank = self._print(expression[1])
+            return (f"-{inner}" if rank == _ATOM else f"-({inner})"), _PREFIX
+        if kind == "CURVE":
+            return f"{self.prefix}_curve{expression[2] + 1}({self._print(expression[1])[0]}, {expression[3]})", _ATOM
+        arguments = ", ".join(self._print(operand)[0] for operand in expression[1:])
+        return f"EG_{kind}({arguments})", _ATOM
+
+    def lines(self, statements: Sequence[Statement]) -> list[str]:
+        """Return statements as lines of C, without indentation."""
+        lines: list[str] = []
+        for statement in statements:
+            kind, data = statement.kind, statement.data
+            if kind == "let":
+                lines.append(f"const real {self.local}{data[0]} = {self._print(data[1])[0]};")
+            elif kind == "out":
+                lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
+            elif kind == "save":
+                lines.append(f"w[{data[0]}] = {self._print(data[1])[0]};")
+            elif kind == "label":
+                lines.append(f"/* {comment(data[0])} */")
+            elif kind == "sincos":
+                sine, cosine = (f"{self.local}{number}" for number in data[:2])
+                lines.append(f"real {sine}, {cosine};")
+                lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &{sine}, &{cosine});")
+            elif kind == "angles":
+                lines += self._angles(data[0])
+            elif kind == "circular":
+                sine, cosine, block, start, step, length = data
+                angle = str(self.inputs[block]).format(_place(start, step))
+                call = f"EG_SINCOS({angle}, &w[{_place(sine, 1)}], &w[{_place(cosine, 1)}]);"
+                lines += [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
+            elif kind == "repeat":
+                lines += self._repeat(*data)
+            elif kind == "loop":
+                lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
+            elif kind == "gather":
+                to, to_step, block, start, step, length = data
+                source = "w[{}]" if block == "w" else self.inputs[block]
+                lines += self._copy(f"w[{_place(to, to_step)}]", str(source).format(_place(start, step)), length)
+            elif kind == "spread":
+                lines += self._spread(*data)
+            elif kind == "fill":
+                lines += self._fill(data[0], data[1])
+            else:
+                raise ValueError(f"no C for a statement of kind {kind!r}")
+        return lines
+
+    def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:
+        """Sines and cosines of many angles in one loop, which compilers turn into vector instructions."""
+        size = -(-len(angles) // LANES) * LANES
+        values = [self._print(angle)[0] for _, _, angle in angles] + ["K(0.0)"] * (size - len(angles))
+        lines = [f"const real angle[{size}] = {{ {', '.join(values)} }};", f"real sine[{size}], cosine[{size}];"]
+        lines += [f"for (i = 0; i < {size}; ++i) {{", "    EG_SINCOS(angle[i], &sine[i], &cosine[i]);", "}"]
+        for position, (sine, cosine, _) in enumerate(angles):
+            lines.append(f"const real x{sine} = sine[{position}], x{cosine} = cosine[{position}];")
+        return lines
+
+    def _repeat(
+        self, turns: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+    ) -> list[str]:
+        """A loop: tables first, then in each turn what it reads, its statements, and what it gives."""
+        names: list[str] = []
+        tables: list[str] = []
+
+        def table(kind: str, values: Sequence[str]) -> str:
+            name = f"table{len(names)}"
+            names.append(name)
+            rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
+            tables.append(f"static const {kind} {name}[{turns}] = {{")
+            tables.extend(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)
+            return f"{name}[k]"
+
+        def place(rule: Sequence[object]) -> str:
+            if len(rule) == 2:
+                start, step = rule
+                return _place(int(str(start)), int(str(step)), "k")
+            return table("int", [str(value) for value in rule[0]])  # type: ignore[attr-defined]  # a tuple of places
+
+        def text(expression: Expression) -> str:
+            if not isinstance(expression, tuple) or expression[0] not in ("row", "numbers", "neg"):
+                return self.expression(expression)
+            if expression[0] == "neg":
+                inner = expression[1]
+                plain = text(inner)
+                return f"-{plain}" if isinstance(inner, tuple) and inner[0] == "row" else self.expression(expression)
+            if expression[0] == "numbers":
+                return f"K({table('double', [number(value) for value in expression[1]])})"
+            source = "w[{}]" if expression[1] == "w" else str(self.inputs[expression[1]])
+            return source.format(place(expression[2:]))
+
+        def target(expression: Expression) -> str:
+            _, array, *rule = cast("tuple[Any, ...]", expression)
+            return f"{'w' if array == 'w' else self.outputs[array]}[{place(rule)}]"
+
+        loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
+        targets = [[target(item) for item in given]]
+        inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, targets, self.prefix, "y", self.constants)
+        body = [*loaded, *inside.lines(statements)]
+        lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {turns}; ++k) {{"]
+        return [*lines, *(f"        {line}" for line in body), "    }", "}"]
+
+    def _target(self, output: int, component: int) -> str:
+        target = self.outputs[output]
+        return f"{target}[{component}]" if isinstance(target, str) else target[component]
+
+    def _fill(self, output: int, size: int) -> list[str]:
+        target = self.outputs[output]
+        if not isinstance(target, str):
+            return [f"{component} = K(0.0);" for component in target]
+        return self._copy(f"{target}[i]", "K(0.0)", size)
+
+    def _spread(self, output: int, to: int, to_step: int, start: int, step: int, length: int, sign: int) -> list[str]:
+        target, minus = self.outputs[output], "-" if sign < 0 else ""
+        if not isinstance(target, str):
+            return [f"{target[to + k * to_step]} = {minus}w[{start + k * step}];" for k in range(length)]
+        return self._copy(f"{target}[{_place(to, to_step)}]", f"{minus}w[{_place(start, step)}]", length)
+
+    @staticmethod
+    def _copy(target: str, source: str, length: int) -> list[str]:
+        return [f"for (i = 0; i < {length}; ++i) {{", f"    {target} = {source};", "}"]

@@ -1,0 +1,243 @@
+"""Program -> files: one Jinja environment, all rendered in memory, then written so that nobody sees half a file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from eomgen.codegen.metadata import LARGEST_ANGLE
+from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.scheduling.matrix_assembly import LOOPED, assembly
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
+from eomgen.codegen.targets.c.names import CNames
+from eomgen.codegen.targets.c.naming import c_string, comment
+from eomgen.codegen.targets.c.printer import COUNTING, Printer, number
+from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
+from eomgen.errors import FileError
+from eomgen.integrators.newton.matrix import WEIGHTS
+from eomgen.resources import template_folder
+
+MANIFEST = "manifest.json"
+#: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
+SNAP = 8.0 * sys.float_info.epsilon
+EDGE = 1e-9
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Return the one Jinja environment: undefined names are errors, blocks leave no blank lines."""
+    env = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template_folder()),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    env.globals["largest_angle"] = LARGEST_ANGLE
+    env.filters["comment"] = comment
+    env.filters["c_string"] = c_string
+    env.filters["number"] = number
+    env.filters["described"] = _described
+    env.filters["assembly"] = _assembly
+    env.tests["contains"] = lambda container, item: item in container
+    return env
+
+
+def _described(named: Named) -> str:
+    """Return the comment behind a named number: its own name, unit and meaning, made harmless."""
+    unit = f" ({comment(named.unit)})" if named.unit else ""
+    meaning = f": {comment(named.description)}" if named.description else ""
+    return f" /* {comment(named.name)}{unit}{meaning} */"
+
+
+def _assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the statements that assemble a large iteration matrix, and their workspace; nothing where it is written out."""
+    if solver["kind"] not in LOOPED:
+        return {}
+    made = assembly(solver)
+    arrays = {"numbers": "numbers[{}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
+    inputs: dict[str, str | Sequence[str]] = {**arrays, "weights": [f"c->{name}" for name in WEIGHTS]}
+    return {"statements": _indented(Printer(inputs, ["S"]).lines(made.statements), 1), "workspace": made.workspace}
+
+
+def _indented(lines: list[str], depth: int) -> str:
+    return "".join(f"{'    ' * depth}{line}\n" for line in lines)
+
+
+class _Context:
+    """What every template of a Program sees."""
+
+    def __init__(self, program: Program, file_limit: int) -> None:
+        self.program = program
+        self.c = CNames(program)
+        self.files = plan_files(program, file_limit)
+
+    def body(self, function: ProgramFunction, part: int) -> str:
+        """Return the statements of one part, indented, each line ended."""
+        outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
+        statements = function.parts[part].statements
+        declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
+        printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=self.c.constant_macros())
+        return _indented([*declared, *printer.lines(statements)], 1)
+
+    def kernel(self, loop: ProgramLoop) -> str:
+        """Return what one element of a loop computes."""
+        return _indented(Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements), 2)
+
+    def render(self, template: str, **extra: object) -> str:
+        program = self.program
+        return (
+            environment()
+            .get_template(template)
+            .render(
+                program=program,
+                prefix=program.prefix,
+                upper=program.prefix.upper(),
+                c=self.c,
+                files=self.files,
+                split=len(self.files) > 1,
+                body=self.body,
+                kernel=self.kernel,
+                **extra,
+            )
+        )
+
+
+def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
+    """Return the stand-alone folder of a Program: file name to text. The same Program gives the same bytes.
+
+    ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a method,
+    ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
+    """
+    context = _Context(program, file_limit)
+    files = {f"{program.prefix}.h": context.render("c/model.h.jinja")}
+    for file in context.files:
+        files[f"{file.name}.c"] = context.render("c/model.c.jinja", file=file)
+    if len(context.files) > 1:
+        files[f"{program.prefix}_parts.h"] = context.render("c/parts.h.jinja")
+    if program.method:
+        files[f"{program.prefix}_step.c"] = context.render(f"c/integrators/{program.method['family']}.c.jinja")
+    if program.curves:
+        files[f"{program.prefix}_curves.h"] = context.render("c/curves.h.jinja")
+        files[f"{program.prefix}_curves.c"] = context.render("c/curves.c.jinja", snap=SNAP, edge=EDGE)
+    files["eomgen_real.h"] = context.render("c/eomgen_real.h.jinja")
+    files["main.c"] = context.render("c/main.c.jinja")
+    sources = sorted(name for name in files if name.endswith(".c"))
+    files["README.md"] = context.render("c/README.md.jinja", command=compile_command(program, sources))
+    files[MANIFEST] = _manifest(program, files)
+    return files
+
+
+def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
+    """Return what a loadable library needs besides the model's own files: the generic interface and its header."""
+    sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
+    context = _Context(program, FILE_LIMIT)
+    return {
+        "interface.h": context.render("c/interface.h.jinja", declarations=INTERFACE_CDEF),
+        "interface.c": context.render("c/interface.c.jinja", fingerprint=fingerprint(files), sizes=sizes),
+    }
+
+
+def fingerprint(files: Mapping[str, str]) -> str:
+    """Return 16 hexadecimal digits that change with any byte of any C file or header."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        if name.endswith((".c", ".h")):
+            digest.update(f"{name}\0{files[name]}\0".encode())
+    return digest.hexdigest()[:16]
+
+
+def compile_command(program: Program, sources: list[str]) -> str:
+    """Return the command that compiles the stand-alone folder with the bits of the ``reproducible`` profile."""
+    return f"cc -std=c99 -O2 -ffp-contract=off {' '.join(sources)} -o {program.prefix} -lm"
+
+
+def _manifest(program: Program, files: Mapping[str, str]) -> str:
+    sources = sorted(name for name in files if name.endswith(".c"))
+    data = {
+        "generator": "eomgen",
+        "version": program.version,
+        "model": program.prefix,
+        "files": sorted([*files, MANIFEST]),
+        "fingerprint": fingerprint(files),
+        "compile": compile_command(program, sources),
+        "sizes": dict(program.sizes),
+        "functions": {
+            function.name: {
+                "inputs": function.inputs,
+                "outputs": [o.name for o in function.outputs],
+                "counts": dict(function.counts),
+            }
+            for function in program.functions
+        },
+        "license": "MIT",
+    }
+    return json.dumps(data, indent=2, sort_keys=True) + "\n"
+
+
+def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
+    """Write files to a folder, each under a temporary name first, and return the folder.
+
+    Files of an earlier run that are named in its manifest and no longer exist are removed.
+
+    Raises
+    ------
+    FileError
+        The folder holds something that eomgen did not write, or cannot be written.
+    """
+    target = Path(folder)
+    temporary: Path | None = None
+    try:
+        old = _earlier_files(target)
+        target.mkdir(parents=True, exist_ok=True)
+        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):  # first, so that a broken folder is ours
+            with tempfile.NamedTemporaryFile(
+                "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
+            ) as stream:
+                temporary = Path(stream.name)
+                stream.write(text)
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(target / name)
+        for name in old - set(files):
+            (target / name).unlink(missing_ok=True)
+    except OSError as error:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
+    return target
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _earlier_files(target: Path) -> set[str]:
+    """Return the files that an earlier run left in a folder. Raises FileError for a folder of someone else's."""
+    if not target.exists():
+        return set()
+    if not target.is_dir():
+        raise FileError(f"{target} is a file, not a folder", "another folder")
+    if not any(target.iterdir()):
+        return set()
+    try:
+        manifest = json.loads((target / MANIFEST).read_text(encoding="utf-8"))
+        if manifest["generator"] != "eomgen":
+            raise KeyError
+        return {Path(str(name)).name for name in manifest["files"]}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(
+            f"{target} is not empty and was not written by eomgen (it has no {MANIFEST} of eomgen's); nothing was overwritten",
+            "a new or empty folder",
+        ) from error

@@ -1,0 +1,112 @@
+"""What callers hand in, brought to arrays of doubles of the right shape, or refused with the name of the argument."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.lie.product import FactorLike
+from eomgen.scene.units.labels import in_label
+from eomgen.text import nearest, shown
+
+Array = NDArray[np.float64]
+
+#: How far from one the length of a quaternion may be.
+UNIT_TOLERANCE = 1e-6
+
+
+def numbers(name: str, value: ArrayLike) -> Array:
+    """Return real numbers as an array of doubles. Raises UsageError for anything else."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub":
+            raise TypeError(f"{array.dtype} is not real numbers")
+        return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    except (TypeError, ValueError) as error:
+        raise UsageError(Problem(name, f"an array of real numbers is needed, not {type(value).__name__}: {error}")) from None
+
+
+def read_only(values: ArrayLike) -> Array:
+    """Return a copy that cannot be written to: what a model hands out of itself."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def components(name: str, value: ArrayLike, size: int) -> Array:
+    """Return an array of shape (..., size). Raises UsageError with the expected and the given shape."""
+    array = numbers(name, value)
+    if array.ndim == 0 or array.shape[-1] != size:
+        hint = f"{name} as a list of {size} number{'s' if size != 1 else ''}, or a batch of them along leading axes"
+        raise UsageError(Problem(name, f"the shape is {array.shape}, (..., {size}) is needed", hint))
+    return array
+
+
+def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
+    """Raise UsageError naming the first component (last axis, where there are labels) that is not a finite number."""
+    finite = np.isfinite(array)
+    if finite.all():
+        return
+    place = tuple(int(index) for index in np.argwhere(~finite)[0])
+    label = labels[place[-1]] if labels else f"{name}{list(place) if place else ''}"
+    raise UsageError(Problem(name, f"{label} is {array[place]}, not a finite number", "a finite number"))
+
+
+def check_quaternions(name: str, q: Array, factors: Sequence[FactorLike], tolerance: float = UNIT_TOLERANCE) -> None:
+    """Raise UsageError where a quaternion of a configuration (..., nq) is not of unit length."""
+    for factor in factors:
+        if factor.group == "R":
+            continue
+        part = q[..., factor.q_start : factor.q_start + 4]
+        length = np.sqrt(np.sum(part * part, axis=-1))
+        wrong = np.abs(length - 1.0) > tolerance
+        if np.any(wrong):
+            found = float(np.ravel(length[wrong])[0])
+            where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
+            what = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
+            raise UsageError(Problem(where, what, "it divided by its length"))
+
+
+def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
+    """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is ``fixed``."""
+    if name in fixed and name not in known:
+        problem = f"the {what} {name} exists, but its value is fixed in the code"
+        raise UsageError(Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"))
+    if name not in known:
+        hint = nearest(str(name), known) if known else f"a tunable {what} in the scene" if what == "parameter" else ""
+        none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
+        raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
+
+
+def by_name(
+    what: str,
+    values: Mapping[str, Any],
+    names: Sequence[str],
+    start: Array,
+    fixed: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> Array:
+    """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast.
+
+    ``fixed`` are names that exist but cannot be given; with ``units``, texts such as "300 mm" are brought to the unit of a name.
+    """
+    given: dict[int, Array] = {}
+    for name, text_or_numbers in values.items():
+        check_name(what, name, names, fixed)
+        value = text_or_numbers
+        if isinstance(value, str) and units is not None:
+            value = in_label(f"{what} {name}", value, units.get(name, ""))
+        given[names.index(name)] = numbers(f"{what} {name}", value)
+    try:
+        shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
+    except ValueError:
+        shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
+        raise UsageError(Problem(f"{what}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")) from None
+    result = np.array(np.broadcast_to(start, (*shape, len(names))))
+    for index, array in given.items():
+        result[..., index] = array
+    return result

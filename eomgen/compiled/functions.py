@@ -1,0 +1,110 @@
+"""The compiled functions on NumPy arrays: leading axes of all inputs broadcast, and one C call evaluates the whole batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import Problem, UsageError
+from eomgen.system.terms import TERMS, nearest_term
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+
+
+#: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references follow.
+DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
+
+
+class Functions:
+    """The functions of a library by name.
+
+    Parameters
+    ----------
+    library : Library
+    """
+
+    def __init__(self, library: Library) -> None:
+        self.library = library
+        self.sizes: dict[str, int] = dict(library.layout["sizes"])
+        self._layouts = {function["name"]: function for function in library.layout["functions"]}
+        self._numbers = {name: number for number, name in enumerate(self._layouts)}
+        self._shapes = {
+            name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
+        }
+        ffi = library.ffi
+        self._types = (ffi, *(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]")))
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._layouts
+
+    @property
+    def names(self) -> list[str]:
+        return list(self._layouts)
+
+    def inputs(self, name: str) -> list[str]:
+        """Return the input blocks of a function. Raises UsageError when the model was built without it."""
+        if name not in self._layouts:
+            there = ", ".join(name for name in self._layouts if name not in DRIVERS)
+            what = f"the term {name} is not in this model, which was built with {there}"
+            known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
+            raise UsageError(Problem("", what, known))
+        inputs: list[str] = self._layouts[name]["inputs"]
+        return inputs
+
+    def output_names(self, name: str) -> list[str]:
+        """Return the names of a function's outputs."""
+        return [str(output["name"]) for output in self._layouts[name]["outputs"]]
+
+    def __call__(self, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
+        """Evaluate a function.
+
+        Parameters
+        ----------
+        blocks : mapping
+            At least the function's inputs; each (..., size), and t (...).
+
+        Returns
+        -------
+        tuple of arrays
+            Leading axes are those of the inputs, broadcast; the rest is each output's shape.
+
+        Raises
+        ------
+        UsageError
+            Leading axes that do not broadcast.
+        """
+        names = self.inputs(name)
+        arrays = [blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names]
+        if all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
+            return self._single(name, arrays)
+        try:
+            shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        except ValueError:
+            shapes = ", ".join(f"{block} {blocks[block].shape}" for block in names)
+            raise UsageError(Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")) from None
+        count = int(np.prod(shape))
+        flat = [_samples(array, shape, count) for array in arrays]
+        results = [np.empty((count, *output)) for output in self._shapes[name]]
+        if count:
+            self.library.call(name, flat, results)
+        return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
+
+    def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
+        """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""
+        ffi, doubles, pointers, longs = self._types
+        results = tuple(np.empty(shape) for shape in self._shapes[name])
+        inputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in arrays])
+        outputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in results])
+        self.library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
+        return results
+
+
+def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:
+    """Return (size,) for one value in all samples, else (count, size)."""
+    size = array.shape[-1]
+    if array.size == size and count != 0:
+        return np.ascontiguousarray(array.reshape(size))
+    return np.ascontiguousarray(np.broadcast_to(array, (*shape, size)).reshape(count, size))

@@ -1,0 +1,97 @@
+"""Initial states from arrays or from joints by name, checked before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers
+from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+_BLOCKS = ("q", "v", "z")
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """q (nq,), v (nv,), z (nz,)."""
+
+    q: Array
+    v: Array
+    z: Array
+
+
+def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: Array | None = None) -> InitialState:
+    """Return the scene's initial state with what is given put in.
+
+    Parameters
+    ----------
+    initial : mapping
+        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``;
+        or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
+    parameters : (np,) array, optional
+        Those of the run, which the scene's own state in absolute coordinates depends on.
+
+    Raises
+    ------
+    UsageError
+        Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
+    """
+    state = _scene_start(model, parameters)
+    given = {} if initial is None else initial
+    if not isinstance(given, Mapping):
+        what = f"a mapping is needed, not {type(given).__name__}"
+        raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
+    blocks = {name: value for name, value in given.items() if name in _BLOCKS}
+    for name, value in blocks.items():
+        if name == "z" and isinstance(value, Mapping):
+            state.z[:] = by_name("state", value, model.states, state.z)
+        else:
+            given_value = model._terms.with_references("initial q", value) if name == "q" else value
+            _put(getattr(state, name), slice(None), f"initial {name}", given_value)
+    _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
+    check_finite("initial q", state.q, model.q_names)
+    check_finite("initial v", state.v, model.v_names)
+    check_finite("initial z", state.z, model.z_names)
+    check_quaternions("initial q", state.q, model.factors)
+    return state
+
+
+def _joints(model: Model, given: Mapping[str, Any], state: InitialState) -> None:
+    factors = {factor.name: factor for factor in model.factors}
+    for name, value in given.items():
+        if name in model.states and name not in factors:
+            _put(state.z, slice(model.states.index(name), model.states.index(name) + 1), f"initial {name}", value)
+            continue
+        check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
+        parts = value if isinstance(value, Mapping) else {"position": value}
+        for key, number in parts.items():
+            if key not in ("position", "velocity"):
+                raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
+            target, part = (state.q, factors[name].q) if key == "position" else (state.v, factors[name].v)
+            _put(target, part, f"initial {key} of {name}", number)
+
+
+def _put(target: Array, part: slice, name: str, value: Any) -> None:
+    array = numbers(name, value)
+    size = len(target[part])
+    if array.shape != (size,) and not (size == 1 and array.ndim == 0):
+        hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""
+        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint))
+    target[part] = array
+
+
+def _scene_start(model: Model, parameters: Array | None) -> InitialState:
+    """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
+    q, v = model.initial_q.copy(), model.initial_v.copy()
+    if model.start is not None and parameters is not None and parameters.tolist() != list(model.parameters.values()):
+        start = model.start(dict(zip(model.parameters, parameters.tolist(), strict=True)))
+        q, v = (np.array(part, dtype=float) for part in start)
+    return InitialState(q, v, model.initial_z.copy())

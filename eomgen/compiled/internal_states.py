@@ -1,0 +1,50 @@
+"""Internal states of a compiled model: their rates, and the partials by which they and the mechanics act on each other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.terms import Inputs, Parameters, States, Terms
+
+Array = NDArray[np.float64]
+
+
+class InternalPartials(NamedTuple):
+    """Partials of the residual in z, (..., nv, nz), and of zdot in q (left-trivialised), v and z, (..., nz, nv or nz)."""
+
+    residual_z: Array
+    rate_q: Array
+    rate_v: Array
+    rate_z: Array
+
+
+class InternalStates:
+    """The part of a model that is about its internal states z: an array, a mapping from names, or None for the initial values."""
+
+    _terms: Terms
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the internal states, in the order of z."""
+        return self._terms.state_names
+
+    def internal_rates(
+        self, q: ArrayLike, v: ArrayLike, z: States = None, t: ArrayLike = 0.0, u: Inputs = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return zdot = f(q, v, z, t, u), (..., nz)."""
+        if not self.states:
+            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+            return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], p.shape[:-1], np.shape(t)), 0))
+        return self._terms.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
+
+    def internal_partials(
+        self, q: ArrayLike, v: ArrayLike, z: States = None, t: ArrayLike = 0.0, u: Inputs = None, *,
+        parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> InternalPartials:  # fmt: skip
+        """Return the exact partials that ``partials`` has no columns and rows for: those in z, and those of zdot."""
+        given = {"q": q, "v": v, "z": z, "t": t, "u": u}
+        return InternalPartials(*self._terms.call("internal_partials", **given, parameters=parameters, base=base))

@@ -1,0 +1,350 @@
+"""Model: a compiled scene whose terms are called on NumPy arrays, one state or a batch along leading axes."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.compiled.arguments import components, numbers, read_only
+from eomgen.compiled.bodies import Bodies
+from eomgen.compiled.configuration import configuration_rate, with_unit_quaternions
+from eomgen.compiled.constraints import consistent
+from eomgen.compiled.coordinates import coordinate_names, coordinate_units
+from eomgen.compiled.derivatives import check_derivatives
+from eomgen.compiled.functions import DRIVERS
+from eomgen.compiled.internal_states import InternalStates
+from eomgen.compiled.prescribed import Prescribed
+from eomgen.compiled.rates import Rates
+from eomgen.compiled.requirements import Requirements
+from eomgen.compiled.terms import Inputs, Parameters, States, Terms
+from eomgen.model import Runs
+from eomgen.scene.scene import Scene
+from eomgen.solvers.consistency import check_left_out
+from eomgen.toolchain.library import Library
+
+if TYPE_CHECKING:
+    from eomgen.solvers.consistency import Assembly, Constrained
+
+Array = NDArray[np.float64]
+
+#: What the function ``energy`` gives, in order: J, J, W, W.
+ENERGIES = ("kinetic", "potential", "power", "base_power")
+
+
+Gains = Callable[[Mapping[str, float]], dict[str, float]]
+Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
+
+
+@checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
+class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
+    """A compiled scene.
+
+    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
+    angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
+    (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal states' initial
+    values, ``base`` to the scene's prescribed motion at ``t``.
+    A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
+
+    Parameters
+    ----------
+    scene : Scene
+    library : Library
+        Functions, and the stepper of the default method.
+    stepper : callable
+        Gives the library with the stepper of a method; asked once for each method.
+    start : callable, optional
+        Gives q and v of the scene's initial state at other parameters, where they depend on them.
+    built : callable, optional
+        Builds a model of the same scene with other terms.
+    gains : callable, optional
+        Finds the parameters that calibrations fill, at values of the others.
+    every_row : callable, optional
+        Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at parameters (np,).
+    """
+
+    def __init__(
+        self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
+        built: Callable[[Sequence[str]], Model] | None = None, gains: Gains | None = None,
+        every_row: Callable[[], Callable[[Array], Constrained]] | None = None,
+    ) -> None:  # fmt: skip
+        layout = library.layout
+        self.scene = scene
+        self.library = library
+        self.stepper = functools.cache(stepper)
+        self.start = start
+        self._built = built
+        self._gains = gains
+        self._every_row = every_row
+        self._others: dict[tuple[str, ...], Model] = {}
+        self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+        fixed = [item.name for item in scene.parameters if not item.tunable]
+        self._terms = Terms(library, fixed, Requirements(scene, tuple(self._parameters)))
+        self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
+        self.q_names, self.v_names = coordinate_names(self.factors)
+        self.q_units, self.v_units = coordinate_units(self.factors, scene.joints, scene.bodies)
+        self.angles = self._terms.angles
+        self.q_names += [f"q.{name}" for name in self.angles]
+        self.q_units += ["rad"] * len(self.angles)
+        self.z_names = [f"z.{name}" for name in self.states]
+        self.z_units = [str(item["unit"]) for item in layout["states"]]
+        self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self.beams = frozenset(body.name for body in scene.bodies if body.beam is not None)
+        self.initial_q = read_only(layout["initial_q"])
+        self.initial_v = read_only(layout["initial_v"])
+        self.initial_z = read_only(layout["initial_z"])
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+
+    # -- sizes and names -----------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return self.scene.name
+
+    @property
+    def nq(self) -> int:
+        """Numbers in the configuration q."""
+        return self.functions.sizes["q"]
+
+    @property
+    def nv(self) -> int:
+        """Degrees of freedom: numbers in v and a."""
+        return self.functions.sizes["v"]
+
+    @property
+    def nu(self) -> int:
+        """Inputs."""
+        return self.functions.sizes["u"]
+
+    @property
+    def nz(self) -> int:
+        """Internal states."""
+        return self.functions.sizes["z"]
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """Names of the constraints' multipliers, row by row."""
+        return tuple(self.library.layout["multipliers"])
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Tunable parameters: names, in the order of the array form, and their defaults."""
+        return self._parameters
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What importers left out, which constraint rows were redundant, and how the initial state was corrected."""
+        return tuple(self.library.layout["notes"])
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """What the model was built with."""
+        return tuple(name for name in self.functions.names if name not in DRIVERS)
+
+    def having(self, terms: Sequence[str]) -> Model:
+        """Return a model of this scene that has all of some terms: this one, or another, compiled when it is first needed."""
+        wanted = tuple(terms)
+        if all(name in self.functions for name in wanted) or self._built is None:
+            return self
+        if wanted not in self._others:
+            self._others[wanted] = self._built(wanted)
+        return self._others[wanted]
+
+    def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
+
+        They are parameters themselves: ``simulate(parameters={**parameters, **model.calibrate(parameters=parameters)})``. Without
+        calibrated controllers nothing is returned.
+
+        Raises
+        ------
+        UsageError
+            Unknown parameters, or values that are not finite.
+        DescriptionError, ModelError, NumericalError
+            What cannot be calibrated, by its place in the scene.
+        """
+        self.parameter_array(parameters)
+        return {} if self._gains is None else self._gains(dict(parameters or {}))
+
+    # -- separated terms -----------------------------------------------------------------------------------------------
+
+    def mass(self, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+        """Return the inertia matrix M(q), (..., nv, nv)."""
+        return self._one("mass", q=q, parameters=parameters)
+
+    def coupling(self, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
+        """Return the nonlinear coupling vector h(q, v), (..., nv): inertia terms quadratic in v, base at rest."""
+        return self._one("coupling", q=q, v=v, parameters=parameters)
+
+    def force(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
+        return self._one("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
+
+    def base_motion(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
+    ) -> Array:
+        """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
+        if not self._terms.moving_base and base is None:
+            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+            shapes = (q.shape[:-1], v.shape[:-1], p.shape[:-1], numbers("t", t).shape)
+            return np.zeros((*np.broadcast_shapes(*shapes), self.nv))
+        return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
+
+    def inverse_dynamics(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
+        return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
+
+    def forward_dynamics(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
+        if self.multipliers:
+            return self.constrained_dynamics(q, v, t, u, z=z, parameters=parameters, base=base)[0]
+        return self._one("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
+
+    def constrained_dynamics(
+        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot = -g."""
+        return self._terms.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
+
+    def consistent(
+        self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
+    ) -> Assembly:
+        """Return the state nearest to a guess that meets the constraints, and how far each row was off.
+
+        Raises
+        ------
+        ModelError
+            The constraints contradict each other from there, or rows that were left out because they follow from others at
+            the default parameters do not follow at these; names the rows.
+        """
+        p = self.parameter_array(parameters)
+        return consistent(self, self._terms.configuration(q), self._terms.velocity("v", v), t, p)
+
+    def _check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
+        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,).
+
+        Returns a sentence for each that does so all but for a little.
+        """
+        left_out = self.library.layout["left_out"]
+        given = zip(self.parameters.items(), p.tolist(), strict=True)
+        changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
+        if left_out and changed and self._every_row is not None:
+            return check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
+        return []
+
+    def partials(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        z: States = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
+
+        The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
+        """
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+        K, C, M = self._terms.call("partials", **given, multipliers=multipliers, parameters=parameters)
+        return K, C, M
+
+    def evaluate(
+        self, term: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: Inputs = None, *, z: States = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None, **rates: ArrayLike,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses.
+
+        ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+        """
+        check_derivatives(rates)
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
+        values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
+        return dict(zip(self.functions.output_names(term), values, strict=True))
+
+    # -- outputs, energies ---------------------------------------------------------------------------------------------
+
+    def energy(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: Inputs = None, *, z: States = None,
+        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return inertial energies and powers, each (...).
+
+        ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of the
+        reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not given.
+        """
+        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+        values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
+        result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
+        with np.errstate(invalid="ignore"):  # of infinite energies
+            return {**result, "total": result["kinetic"] + result["potential"]}
+
+    def outputs(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
+        u: Inputs = None, *, z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
+        """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
+        if not self.library.layout["outputs"]:
+            self._terms.parameters(parameters)
+            return ByName("output", {})
+        values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
+        result, start = ByName[Array]("output", {}), 0
+        for item in self.library.layout["outputs"]:
+            size = int(item["size"])
+            result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
+            start += size
+        return result
+
+    # -- solvers of others ---------------------------------------------------------------------------------------------
+
+    def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
+        """Return dy/dt for y = [q, v], and z behind, as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
+
+        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they have.
+        """
+        y = components("y", y, self.nq + self.nv + self.nz)
+        q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
+        turned = with_unit_quaternions(self.factors, q)
+        of_q = configuration_rate(self.factors, q, v)
+        if self.angles:
+            p = self.parameter_array(parameters)
+            of_q[..., -len(self.angles) :] = self._terms.angle_motion(turned, v, t, p)[1]
+        rates = [of_q, self.forward_dynamics(turned, v, t, u, z=z, parameters=parameters)]
+        if self.nz:
+            rates.append(self.internal_rates(turned, v, z, t, u, parameters=parameters))
+        return np.concatenate(rates, axis=-1)
+
+    # -- arguments -----------------------------------------------------------------------------------------------------
+
+    def parameter_array(self, parameters: Parameters = None) -> Array:
+        """Return tunable parameters as (..., np).
+
+        Raises
+        ------
+        UsageError
+            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+        """
+        return self._terms.parameters(parameters)
+
+    def _one(self, term: str, **given: Any) -> Array:
+        return self._terms.call(term, **given)[0]

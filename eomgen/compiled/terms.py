@@ -1,0 +1,200 @@
+"""One term called with what the user gave: checks, defaults, base, inputs and accelerations where they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.arguments import by_name, check_finite, check_quaternions, components, numbers, read_only
+from eomgen.compiled.constraints import accelerations, blocks_of, solvable
+from eomgen.compiled.coordinates import Factor
+from eomgen.compiled.derivatives import DERIVATIVES, derivative_values
+from eomgen.compiled.functions import Functions
+from eomgen.compiled.requirements import Requirements
+from eomgen.errors import Problem, UsageError
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
+Inputs = Mapping[str, ArrayLike] | ArrayLike | None
+States = Mapping[str, ArrayLike] | ArrayLike | None
+
+
+class Terms:
+    """The terms of a compiled model.
+
+    Parameters
+    ----------
+    library : Library
+    fixed_parameters : sequence of str
+        Those that the scene has besides the tunable ones, for messages.
+    requirements : Requirements
+        Of the scene, for tunable parameters.
+    """
+
+    def __init__(self, library: Library, fixed_parameters: Sequence[str], requirements: Requirements) -> None:
+        layout: Mapping[str, Any] = library.layout
+        self.functions = Functions(library)
+        self.factors = tuple(Factor(**factor) for factor in layout["factors"])
+        self.angles = tuple(str(name) for name in layout["angles"])
+        self._first_angles = np.array(layout["initial_q"], dtype=float)[int(layout["sizes"]["q"]) - len(self.angles) :]
+        self.moving_base = bool(layout["facts"]["moving_base"])
+        self.fixed_parameters = tuple(fixed_parameters)
+        self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
+        self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
+        self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
+        self.state_names = tuple(str(item["name"]) for item in layout["states"])
+        self._initial_z = read_only(layout["initial_z"])
+        self._defaults = read_only([item["value"] for item in layout["parameters"]])
+        self._requirements = requirements
+
+    def parameters(self, parameters: Parameters) -> Array:
+        """Return tunable parameters as (..., np).
+
+        Raises
+        ------
+        UsageError
+            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+        """
+        if parameters is None:
+            return self._defaults
+        if isinstance(parameters, Mapping):
+            fixed, units = self.fixed_parameters, self.parameter_units
+            array = by_name("parameter", parameters, self.parameter_names, self._defaults, fixed, units)
+        else:
+            array = components("parameters", parameters, len(self.parameter_names))
+        check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])
+        self._requirements.check(array)
+        return array
+
+    def configuration(self, q: ArrayLike) -> Array:
+        """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length.
+
+        Where references of angles are left out, they are those of the initial state.
+        """
+        array = components("q", self.with_references("q", q), self.functions.sizes["q"])
+        check_quaternions("q", array, self.factors)
+        return array
+
+    def with_references(self, name: str, q: ArrayLike) -> ArrayLike:
+        """Return q with the initial state's references of angles behind it, where a caller gives the poses alone."""
+        if not self.angles:
+            return q
+        array = numbers(name, q)
+        if array.ndim == 0 or array.shape[-1] != self.functions.sizes["q"] - len(self.angles):
+            return array
+        return np.concatenate([array, np.broadcast_to(self._first_angles, (*array.shape[:-1], len(self.angles)))], axis=-1)
+
+    def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
+        """Return q (..., nq) with its references of angles put to the angles themselves, each within half a turn of them."""
+        if not self.angles:
+            return q
+        return np.concatenate([q[..., : -len(self.angles)], self.angle_motion(q, None, t, parameters, base)[0]], axis=-1)
+
+    def angle_motion(
+        self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Return the angles that are counted over turns and their rates, (..., number of angles) each."""
+        values = {"q": q, "v": np.zeros(self.functions.sizes["v"]) if v is None else v, "t": numbers("t", t), "p": parameters}
+        if "base" in self.functions.inputs("joint_angles"):
+            values["base"] = self.functions("base", values)[0] if base is None else base
+        angle, rate = self.functions("joint_angles", values)
+        return angle, rate
+
+    def velocity(self, name: str, v: ArrayLike) -> Array:
+        """Return v or a as (..., nv)."""
+        return components(name, v, self.functions.sizes["v"])
+
+    def internal(self, z: States) -> Array:
+        """Return internal states as (..., nz). Raises UsageError for unknown names and wrong shapes."""
+        if z is None:
+            return self._initial_z
+        if isinstance(z, Mapping):
+            return by_name("state", z, self.state_names, self._initial_z)
+        return components("z", z, len(self.state_names))
+
+    def call(self, term: str, **given: Any) -> tuple[Array, ...]:
+        """Evaluate a term.
+
+        Parameters
+        ----------
+        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives where the term may depend on them
+            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas,
+            internal states at their initial values.
+        """
+        blocks = set(self.functions.inputs(term))
+        if "v" in blocks and given.get("v") is None:
+            raise UsageError(Problem("v", f"the term {term} needs velocities"))
+        missing_a = "a" in blocks and given.get("a") is None
+        constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
+        if missing_a and constrained:
+            blocks |= blocks_of(self.functions)
+        elif missing_a:
+            if "forward_dynamics" not in self.functions:
+                raise UsageError(
+                    Problem("a", f"the term {term} needs accelerations, and the model has no forward_dynamics", "a=...")
+                )
+            blocks |= set(self.functions.inputs("forward_dynamics"))
+        values = {"q": self.configuration(given["q"]), "p": self.parameters(given["parameters"])}
+        for block in ("v", "a"):
+            if given.get(block) is not None:
+                values[block] = self.velocity(block, given[block])
+        values["t"] = numbers("t", given.get("t", 0.0))
+        if "z" in blocks or given.get("z") is not None:
+            values["z"] = self.internal(given.get("z"))
+        if "lam" in blocks:
+            size = self.functions.sizes["lam"]
+            multipliers = given.get("multipliers")
+            values["lam"] = np.zeros(size) if multipliers is None else components("multipliers", multipliers, size)
+        if given.get("base") is not None:
+            values["base"] = self.base(given["base"])
+        elif "base" in blocks:
+            values["base"] = self.functions("base", values)[0]
+        if "u" in blocks or given.get("u") is not None:
+            values["u"] = self._inputs(given.get("u"), values)
+        if missing_a and constrained:
+            values["a"], multipliers = accelerations(self.functions, values)
+            if given.get("multipliers") is None:
+                values["lam"] = multipliers
+        elif missing_a:
+            values["a"] = self.functions("forward_dynamics", values)[0]
+        if not blocks.isdisjoint(DERIVATIVES):
+            values |= derivative_values(self, term, given, values)
+        return self.functions(term, values)
+
+    def accelerations(self, **given: Any) -> tuple[Array, Array]:
+        """Return vdot and multipliers of a constrained model; arguments as of ``call``."""
+        if not solvable(self.functions):
+            self.functions.inputs("forward_dynamics")  # says that the term is missing
+        values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
+        values |= {"p": self.parameters(given["parameters"]), "t": numbers("t", given.get("t", 0.0))}
+        values["z"] = self.internal(given.get("z"))
+        blocks = blocks_of(self.functions)
+        if given.get("base") is not None:
+            values["base"] = self.base(given["base"])
+        elif "base" in blocks:
+            values["base"] = self.functions("base", values)[0]
+        if "u" in blocks or given.get("u") is not None:
+            values["u"] = self._inputs(given.get("u"), values)
+        return accelerations(self.functions, values)
+
+    def base(self, base: ArrayLike) -> Array:
+        """Return the caller's state of the base as (..., 19). Raises UsageError when the scene's base is at rest."""
+        if not self.moving_base:
+            raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
+        return components("base", base, self.functions.sizes["base"])
+
+    def formula_inputs(self, values: Mapping[str, Array]) -> Array:
+        """Return the inputs that the scene says at ``values["t"]``, 0 where it says nothing."""
+        if "inputs" in self.functions:
+            return self.functions("inputs", values)[0]
+        return np.zeros((*values["t"].shape, len(self.input_names)))
+
+    def _inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
+        if u is not None and not isinstance(u, Mapping):
+            return components("u", u, len(self.input_names))
+        said = self.formula_inputs(values)
+        return said if u is None else by_name("input", u, self.input_names, said)

@@ -1,0 +1,117 @@
+"""Taylor series of any order in time, with the step from the last two coefficients: Jorba and Zou, Exp. Math. 14 (2005) 99.
+
+The order is higher than theirs, for here an order costs much the same whether it is the tenth or the twentieth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.needs import Need
+
+TAYLOR = "taylor"
+MAX_ORDER = 40
+DEFAULT_TOLERANCE = 1e-12
+#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: with costs in proportion
+#: to the order 1 is best, in proportion to its square 1/2 (Jorba and Zou).
+ORDERS_PER_FOLD = 0.65
+#: The last two terms of a series are kept below this part of the tolerance, for local errors of many steps add up.
+SAFETY = 0.1
+#: Steps of the time grid that one series may be used for, however small its last coefficients are: they may vanish by symmetry.
+LONGEST = 256.0
+#: A series is used for so many times the length of the one before at most.
+GROWTH = 8.0
+#: Series within one row before the run stops: a call of compiled code hears no Ctrl-C.
+MOST_EXPANSIONS = 100_000
+#: The smallest tolerance that is taken; below 1e-16 steps only become shorter.
+SMALLEST_TOLERANCE = 1e-20
+#: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end of a step.
+DEFECT = 10.0
+#: The tolerance below which round-off of accelerations hides what they are tested for, in units of rounding.
+ROUND_OFF = 450.0
+#: Rounding of accelerations from that of places, as what they do within a series, in the same units.
+ROUNDING = 8.0
+#: The part of 1 rad, or of the size of the machine, that tolerances are relative to where the motion is smaller.
+COARSE = 0.01
+#: By how much the square of a quaternion's length may be off at the end of a step, before it is brought to 1.
+STRETCH = 0.1
+#: Steps are halved so often before the run stops.
+ATTEMPTS = 40
+
+_UNCONSTRAINED = Need(
+    "constraints", False, "it expands ordinary differential equations and would ignore the constraint equations",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Taylor:
+    """A Taylor step.
+
+    Parameters
+    ----------
+    tolerance : float
+        Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of both, over
+        a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
+    order : int, optional
+        Of the series, 2 to 40; chosen by the tolerance where it is not given.
+    """
+
+    tolerance: float = DEFAULT_TOLERANCE
+    order: int = 0
+    family: str = field(default=TAYLOR, init=False)
+    source: str = field(default="Jorba and Zou 2005; Griewank and Walther 2008, table 13.2", init=False)
+    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
+            what = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
+            raise UsageError(Problem("tolerance", what, "1e-10, or 0 for steps of the time grid"))
+        if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
+            what = f"the tolerance {self.tolerance:g} is far below what double precision can tell"
+            raise UsageError(Problem("tolerance", what, "1e-16 or more, or 0 for steps of the time grid"))
+        if self.order == 0:
+            if self.tolerance == 0.0:
+                what = "without a tolerance, the series needs an order"
+                raise UsageError(Problem("order", what, "order = 12, or a tolerance, from which the order follows"))
+            object.__setattr__(self, "order", order_for(self.tolerance))
+        if self.order != int(self.order) or not 2 <= self.order <= MAX_ORDER:
+            raise UsageError(Problem("order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g}", "20"))
+        object.__setattr__(self, "order", int(self.order))
+
+    @property
+    def parameters(self) -> dict[str, Fraction]:
+        """What the compiled stepper takes."""
+        return {"tolerance": Fraction(self.tolerance), "order": Fraction(self.order)}
+
+
+def taylor_data(method: Taylor) -> dict[str, Any]:
+    """Return what the template needs of the method, the functions of the recurrence aside."""
+    return {
+        "title": "Taylor series of any order",
+        "parameters": list(method.parameters),
+        "tolerance": float(method.tolerance),
+        "order": method.order,
+        "max_order": MAX_ORDER,
+        "safety": SAFETY,
+        "longest": LONGEST,
+        "defect": DEFECT,
+        "round_off": ROUND_OFF,
+        "rounding": ROUNDING,
+        "coarse": COARSE,
+        "stretch": STRETCH,
+        "attempts": ATTEMPTS,
+        "growth": GROWTH,
+        "most_expansions": MOST_EXPANSIONS,
+        "input_times": [0.0, 1.0],
+        "rows_per_step": 1,
+    }
+
+
+def order_for(tolerance: float) -> int:
+    """Return the order that takes a tolerance with the least work."""
+    return max(4, min(MAX_ORDER, math.ceil(-ORDERS_PER_FOLD * math.log(max(tolerance, 1e-17)) + 3.0)))

@@ -1,0 +1,185 @@
+"""Elimination front by front: stages of the same structure share one piece of code, which knows its places by a few offsets.
+
+A front holds the rows of U and the columns of L of its pivots in one run of the factors. What its elimination takes from later
+entries is subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a tree this is the
+elimination of one body after the other from the tips to the root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from eomgen.integrators.newton.elimination import Elimination
+from eomgen.integrators.newton.matrix import Place
+
+#: A row or column of a front: its own one at an offset (0, offset), or one of the k-th front that it reaches (k, offset).
+Local = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Fronts:
+    """A factorization as fronts.
+
+    Attributes
+    ----------
+    kinds : what the distinct structures compute; see ``_Front.work``.
+    kind_of : the number of each front's kind, in the order of elimination.
+    table : for each front, where it begins: factors, entries, positions; then factors and positions of the fronts it reaches.
+    places : the matrix' entries in the order in which fronts read them.
+    slots : where each factor of the elimination is, by (row position, column position).
+    """
+
+    kinds: tuple[Mapping[str, Any], ...]
+    kind_of: tuple[int, ...]
+    table: tuple[tuple[int, ...], ...]
+    places: tuple[Place, ...]
+    slots: Mapping[Place, int]
+
+    @property
+    def operations(self) -> int:
+        """Multiply-subtracts that are written out."""
+        return sum(
+            len(row["updates"]) + len(row["outside"]) for kind in self.kinds for step in kind["steps"] for row in step["below"]
+        )
+
+
+def make_fronts(elimination: Elimination, entries: Sequence[Place], sided: int | None = None) -> Fronts:
+    """Cut an elimination at the ends of its stages.
+
+    Parameters
+    ----------
+    entries : (row, column) of the matrix, in any order
+    sided : number of the first rows that can have right sides, all by default; those of the others are zero
+    """
+    starts = [start for start in elimination.stages if start < elimination.size]
+    ends = [*starts[1:], elimination.size]
+    front_of = [number for number, (start, end) in enumerate(zip(starts, ends, strict=True)) for _ in range(start, end)]
+    below: list[list[int]] = [[] for _ in range(elimination.size)]
+    for row, across in enumerate(elimination.lower):
+        for column in across:
+            below[column].append(row)
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    at_positions = {(row_at[row], column_at[column]): (row, column) for row, column in entries}
+    live = [sided is None or row < sided for row in elimination.rows]
+    for position, rows in enumerate(below):
+        if live[position]:
+            for row in rows:
+                live[row] = True
+    fronts = [
+        _Front(start, range(start, end), elimination, below, at_positions, starts, front_of, live)
+        for start, end in zip(starts, ends, strict=True)
+    ]
+    for front in fronts:
+        for target in front.targets:
+            fronts[front_of[min(target)]].receive(target)
+    kinds: dict[str, int] = {}
+    descriptions: list[Mapping[str, Any]] = []
+    kind_of: list[int] = []
+    for front in fronts:
+        work = front.work(fronts, front_of)
+        key = repr(work)
+        if key not in kinds:
+            kinds[key] = len(descriptions)
+            descriptions.append(work)
+        kind_of.append(kinds[key])
+    first_factor, first_entry = [0], [0]
+    for front in fronts:
+        first_factor.append(first_factor[-1] + len(front.own))
+        first_entry.append(first_entry[-1] + len(front.read))
+    table: list[tuple[int, ...]] = []
+    for number, front in enumerate(fronts):
+        begins = [first_factor[number], first_entry[number], front.start]
+        for reached in front.reached:
+            begins += [first_factor[reached], starts[reached]]
+        table.append(tuple(begins))
+    slots = {place: first_factor[number] + k for number, front in enumerate(fronts) for place, k in front.number.items()}
+    places = [at_positions[place] for front in fronts for place in front.read]
+    return Fronts(tuple(descriptions), tuple(kind_of), tuple(table), tuple(places), slots)
+
+
+class _Front:
+    """The pivots of one stage."""
+
+    def __init__(
+        self, start: int, pivots: range, elimination: Elimination, below: Sequence[Sequence[int]],
+        entries: Mapping[Place, Place], starts: Sequence[int], front_of: Sequence[int],
+        live: Sequence[bool],
+    ) -> None:  # fmt: skip
+        self.start, self.pivots = start, pivots
+        self.live = {pivot: live[pivot] for pivot in pivots}
+        self.upper = {pivot: elimination.upper[pivot] for pivot in pivots}
+        self.below = {pivot: below[pivot] for pivot in pivots}
+        border = sorted({k for pivot in pivots for k in (*self.upper[pivot], *self.below[pivot]) if k not in pivots})
+        self.reached = sorted({front_of[k] for k in border})
+        order = {number: k for k, number in enumerate(self.reached, 1)}
+        self.local: dict[int, Local] = {k: (0, k - start) for k in pivots}
+        self.local |= {k: (order[front_of[k]], k - starts[front_of[k]]) for k in border}
+        self.own: list[Place] = []
+        for pivot in pivots:
+            self.own += [(pivot, pivot), *((pivot, k) for k in self.upper[pivot]), *((k, pivot) for k in self.below[pivot])]
+        self.number = {place: k for k, place in enumerate(self.own)}
+        self.read = [place for place in self.own if place in entries]
+        self.targets = sorted(
+            {(row, k) for pivot in pivots for row in self.below[pivot] for k in self.upper[pivot]} - set(self.own)
+        )
+        self.received: set[Place] = set()
+
+    def receive(self, place: Place) -> None:
+        self.received.add(place)
+
+    def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
+        """Return what a front does, in numbers of its own.
+
+        ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of each;
+        ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, and ``below`` for each row its factor and what it ``updates``
+        (factor, by which of ``upper``) and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
+        for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own position,
+        diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
+        """
+        entry = {place: k for k, place in enumerate(self.read)}
+        target = {place: k for k, place in enumerate(self.targets)}
+        steps = []
+        for pivot in self.pivots:
+            rows = []
+            for row in self.below[pivot]:
+                places = [((row, k), self.number[pivot, k]) for k in self.upper[pivot]]
+                rows.append(
+                    {
+                        "factor": self.number[row, pivot],
+                        "updates": [[self.number[place], by] for place, by in places if place in self.number],
+                        "outside": [[target[place], by] for place, by in places if place not in self.number],
+                    }
+                )
+            upper = [self.number[pivot, k] for k in self.upper[pivot]]
+            steps.append({"diagonal": self.number[pivot, pivot], "upper": upper, "below": rows})
+        targets = [(front_of[min(place)], place) for place in self.targets]
+        return {
+            "size": len(self.own),
+            "pivots": len(self.pivots),
+            "entries": len(self.read),
+            "reached": len(self.reached),
+            "loads": [[entry.get(place, -1), place in self.received] for place in self.own],
+            "steps": steps,
+            "targets": [[self.reached.index(front) + 1, fronts[front].number[place]] for front, place in targets],
+            "forward": self._forward(),
+            "backward": [
+                [
+                    pivot - self.start,
+                    self.number[pivot, pivot] if self.live[pivot] else -1,
+                    [[self.number[pivot, k], list(self.local[k])] for k in self.upper[pivot]],
+                ]
+                for pivot in reversed(self.pivots)
+            ],
+        }
+
+    def _forward(self) -> list[Any]:
+        """Return what is taken off each row, own ones first, because later ones use them."""
+        terms: dict[int, list[list[int]]] = {pivot: [] for pivot in self.pivots if self.live[pivot]}
+        for pivot in self.pivots:
+            for row in self.below[pivot] if self.live[pivot] else ():
+                terms.setdefault(row, []).append([self.number[row, pivot], pivot - self.start])
+        used = {own for found in terms.values() for _, own in found}
+        return [[list(self.local[row]), found] for row, found in sorted(terms.items()) if found or row - self.start in used]

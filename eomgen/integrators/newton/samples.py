@@ -1,0 +1,157 @@
+"""Numbers of a system's partials at a few states, by which pivots are chosen: the initial state, and others far from it.
+
+The others satisfy the constraints too: where joints come apart, frames lie as they never do, and pivots look bad that are good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.integrators.newton.matrix import Packing, Place, dense, packed
+from eomgen.lie import product
+from eomgen.symbolic.evaluate import evaluate
+
+Array = NDArray[np.float64]
+
+#: States besides the initial one.
+_OTHERS = 3
+#: Where there are constraints, the way there is made of so many parts, each corrected; then corrections follow, so many at most,
+#: until no row is further from zero than this.
+_MOVES = 6
+_CORRECTIONS = 6
+_NEAR = 1e-3
+#: Systems of more unknowns are sampled without multipliers: a dense solve would cost more than they are worth.
+_SOLVED = 1000
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Where the nonzeros are, their values (n, size) at n states, and the velocities v (n, nv) there."""
+
+    packing: Packing
+    numbers: Array
+    v: Array
+
+
+def packing_of(system: Any) -> Packing:
+    """Return how the system gives its partials: ``iteration`` where it has one, else the whole matrices of ``partials``."""
+    if "iteration" in system.functions:
+        return packed(system.patterns)
+    nonzero: dict[str, list[Place]] = {}
+    for block in system.functions["partials"].outputs:
+        nonzero[block.name] = [divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0]
+    return dense(nonzero, system.nv)
+
+
+def samples_of(system: Any) -> Samples:
+    """Evaluate the system's tape at the initial state and at random ones; where it is not finite there, it is left out."""
+    packing = packing_of(system)
+    rng = np.random.default_rng(1)
+    q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
+    turns = rng.normal(scale=0.7, size=(_OTHERS, system.nv))
+    spins = rng.normal(size=(_OTHERS, system.nv)) * (1.0 + np.abs(v0).max(initial=0.0))
+    with np.errstate(all="ignore"):
+        inputs = _drivers(system)
+        q, v = (np.vstack([first, others]) for first, others in zip((q0, v0), _away(system, inputs, turns, spins), strict=True))
+        inputs |= {"q": q, "v": v, "a": np.zeros((len(q), system.nv)), "lam": np.zeros((len(q), len(system.multipliers)))}
+        inputs |= _consistent(system, inputs)
+        blocks = {block.name: block.refs for block in system.functions[packing.function].outputs}
+        numbers = np.hstack(
+            [np.asarray(evaluate(system.tape, blocks[name], inputs), float) for name in packing.blocks]
+        )  # fmt: skip
+    good = np.all(np.isfinite(numbers), axis=1)
+    good[0] = True
+    return Samples(packing, np.nan_to_num(numbers[good]), v[good])
+
+
+def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tuple[Array, Array]:
+    """Return q and v of states some way off the initial one, on the constraints; without those that do not come near them.
+
+    Parameters
+    ----------
+    turns, spins : (n, nv)
+        Where to go, and what to add to v, before constraints take their part of it.
+    """
+    q = np.broadcast_to(np.array(system.initial_q, float), (len(turns), system.nq)).copy()
+    v = np.array(system.initial_v, float) + spins
+    if not {"equations", "iteration"} <= set(system.functions) or not len(system.multipliers):
+        return product.update(system.factors, q, turns), v
+    refs = {block.name: block.refs for name in ("equations", "iteration") for block in system.functions[name].outputs}
+    known = dict(inputs) | {"v": np.zeros((len(q), system.nv))}
+
+    def jacobians() -> list[Any]:
+        return [_sparse(system, values) for values in evaluate(system.tape, refs["B"], known | {"q": q})]
+
+    size = np.full(len(q), np.inf)
+    for move in range(_MOVES + _CORRECTIONS):
+        Phi = evaluate(system.tape, refs["Phi"], known | {"q": q}) if system.holonomic else np.zeros((len(q), 0))
+        size = np.abs(Phi).max(axis=1, initial=0.0)
+        if move >= _MOVES and np.all(size <= _NEAR):
+            break
+        steps = turns / _MOVES if move < _MOVES else np.zeros_like(turns)
+        for number, B in enumerate(jacobians()):
+            holonomic = B[: system.holonomic]
+            steps[number] = steps[number] - _shortest(holonomic, holonomic @ steps[number] + Phi[number])
+        q = product.update(system.factors, q, steps)
+    for number, B in enumerate(jacobians()):
+        v[number] = v[number] - _shortest(B, B @ v[number])
+    return q[size <= _NEAR], v[size <= _NEAR]
+
+
+def _sparse(system: Any, values: Any) -> Any:
+    """Return B from its nonzeros."""
+    from scipy.sparse import csr_array  # noqa: PLC0415  # cached models are loaded without SciPy
+
+    rows, columns = np.array(system.patterns["B"]).T
+    return csr_array((np.asarray(values, float), (rows, columns)), shape=(len(system.multipliers), system.nv))
+
+
+def _shortest(B: Any, w: Array) -> Array:
+    """Return the shortest x with B x = w, nearly: a small diagonal lets it pass where B loses rank."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    product_of_rows = (B @ B.T).tocsc()
+    product_of_rows.setdiag(product_of_rows.diagonal() * (1.0 + 1e-9) + 1e-12)
+    return np.asarray(B.T @ splu(product_of_rows).solve(w), float)
+
+
+def _drivers(system: Any) -> dict[str, Any]:
+    """Return parameters, time, inputs and base at the start."""
+    known: dict[str, Any] = {"p": np.array([parameter.value for parameter in system.parameters]), "t": np.zeros(1)}
+    known["u"], known["z"] = np.zeros(system.nu), np.array(system.initial_z, float)
+    for name, block in (("inputs", "u"), ("base", "base")):
+        if name in system.functions:
+            known[block] = evaluate(system.tape, system.functions[name].refs, known)
+    return known
+
+
+def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
+    """Return accelerations and multipliers that are consistent with the initial state, for all samples."""
+    nl, nv = len(system.multipliers), system.nv
+    needed = {"equations", "constraint_bias", "iteration"}
+    if not nl or nv + nl > _SOLVED or not needed <= set(system.functions):
+        return {}
+    at_start = {name: value[0] if name in ("q", "v", "a", "lam") else value for name, value in inputs.items()}
+
+    def values(name: str, block: str) -> Array:
+        refs = next((item.refs for item in system.functions[name].outputs if item.name == block), ())
+        return np.asarray(evaluate(system.tape, refs, at_start), float)
+
+    A = np.zeros((nv + nl, nv + nl))
+    for (row, column), value in zip(system.patterns["M"], values("iteration", "M"), strict=True):
+        A[row, column] = value
+    for (row, column), value in zip(system.patterns["B"], values("iteration", "B"), strict=True):
+        A[nv + row, column] = A[column, nv + row] = value
+    right = np.concatenate([values("equations", "r"), values("constraint_bias", "g")])
+    solution = np.linalg.lstsq(A, -right, rcond=None)[0]
+    count = len(inputs["q"])
+    return {"a": _repeated(solution[:nv], count), "lam": _repeated(solution[nv:], count)}
+
+
+def _repeated(values: Sequence[float] | Array, count: int) -> Array:
+    return np.broadcast_to(np.asarray(values, float), (count, len(values))).copy()

@@ -1,0 +1,244 @@
+"""The linear algebra of a step as plain data for the templates: assembly, elimination and solution, written out or as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import ModelError
+from eomgen.integrators.newton.elimination import Elimination, eliminate
+from eomgen.integrators.newton.fronts import Fronts, make_fronts
+from eomgen.integrators.newton.matrix import (
+    Packing,
+    Place,
+    Terms,
+    Unknowns,
+    evaluate_terms,
+    iteration_terms,
+    tangent_numbers,
+)
+from eomgen.integrators.newton.samples import Array, Samples
+from eomgen.integrators.newton.stages import stages, stages_of_tree
+from eomgen.lie import product
+from eomgen.lie.product import FactorLike
+
+#: Multiply-subtracts up to which an elimination is written out, statement by statement.
+UNROLLED = 4000
+#: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each piece on.
+FRONTS_UNROLLED = 12000
+REPETITIONS = 4
+#: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
+DENSE_FALLBACK = 120
+#: Weights that leave inertia and constraints.
+_INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0)
+#: A loop over a whole matrix runs this many times faster per operation than one over tables.
+_DENSE_ADVANTAGE = 4.0
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Terms of the matrix, and the elimination, None where a dense one is cheaper; ``fronts`` where its stages repeat."""
+
+    unknowns: Unknowns
+    packing: Packing
+    terms: Terms
+    elimination: Elimination | None
+    fronts: Fronts | None = None
+
+    @property
+    def kind(self) -> str:
+        if self.elimination is None:
+            return "dense"
+        if self.fronts is not None:
+            return "fronts"
+        return "unrolled" if self.elimination.operations <= UNROLLED else "tables"
+
+    @property
+    def factor_operations(self) -> float:
+        """Multiplications of one assembly and factorization."""
+        work = self.unknowns.size**3 / 3 if self.elimination is None else self.elimination.operations
+        return float(self.terms.operations + work)
+
+    @property
+    def solve_operations(self) -> float:
+        return float(self.unknowns.size**2 if self.elimination is None else self.elimination.solve_operations)
+
+
+def make_solver(
+    unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float,
+    owners: Sequence[int] = (),
+) -> Solver:
+    """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``).
+
+    They must serve for consistent accelerations too.
+    """
+    terms = iteration_terms(unknowns, factors, samples.packing)
+    B = _weighed_jacobian(unknowns, samples)
+    of_step, of_inertia = (
+        evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen)
+        for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
+    )
+    values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
+    packing = samples.packing
+    order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
+    elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
+    fronts = make_fronts(elimination, list(values), unknowns.size)
+    repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
+    if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
+        return Solver(unknowns, samples.packing, terms, elimination, fronts)
+    whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
+    loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
+    return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
+
+
+def _pivots(
+    unknowns: Unknowns, values: Mapping[tuple[int, int], Array], order: Sequence[tuple[Sequence[int], Sequence[int]]],
+    count: int, *, constrained: bool,
+) -> Elimination:  # fmt: skip
+    """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
+
+    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are those of ``count``
+    samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each other stay refused.
+    """
+    try:
+        return eliminate(unknowns.matrix_size, values, order, constrained=constrained)
+    except ModelError:
+        if constrained or count < 2:
+            raise
+        others = np.arange(2 * count) % count > 0
+        try:
+            return eliminate(unknowns.matrix_size, {place: part[others] for place, part in values.items()}, order)
+        except ModelError:
+            pass
+        raise  # of the scene's state, which the message names
+
+
+def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
+    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves positions."""
+    start, count = samples.packing.blocks.get("B", (0, 0))
+    numbers, diagonal = _inertia_numbers(unknowns, samples.packing), np.zeros(unknowns.v)
+    for component, number in enumerate(numbers):
+        diagonal[component] = samples.numbers[0, number] if number >= 0 else 0.0
+    weights = np.divide(1.0, diagonal, out=np.zeros(unknowns.v), where=diagonal > 0.0)
+    columns = [column for _, column in samples.packing.places["B"]]
+    return np.asarray(samples.numbers[:, start : start + count] * weights[columns], dtype=float)
+
+
+def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
+    """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner unknowns."""
+    return [] if unknowns.inner else [packing.places["M"].get((k, k), -1) for k in range(unknowns.v)]
+
+
+def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
+    """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
+    packing, terms = solver.packing, solver.terms
+    places = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.places)
+    data: dict[str, Any] = {
+        "kind": solver.kind,
+        "function": packing.function,
+        "numbers": packing.size,
+        "blocks": {name: list(block) for name, block in packing.blocks.items()},
+        "tangent_size": terms.tangent_size,
+        "tangents": [
+            {"group": factors[number].group.lower(), "v": factors[number].v_start, "size": factors[number].v_size, "start": start}
+            for number, start in terms.tangents
+        ],
+        "moved": [[list(pair) for pair in row] for row in terms.moved],
+        "places": [list(place) for place in places],
+        "entries": [
+            {
+                "linear": [list(term) for term in terms.linear.get(place, ())],
+                "products": [list(term) for term in terms.products.get(place, ())],
+            }
+            for place in places
+        ],
+        "state_pattern": [list(place) for place in packing.places["Fz"]],
+        "inertia": _inertia_numbers(solver.unknowns, packing),
+        "rate_diagonal": [places.index(place) for place in terms.rate_diagonal],
+        "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
+        "B": [list(place) for place in packing.places["B"]],
+    }
+    if solver.fronts is not None and solver.elimination is not None:
+        data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size)
+    elif solver.elimination is not None:
+        data["elimination"] = _elimination_data(solver.elimination, places)
+    return data
+
+
+def _ordered(places: Iterable[Place], elimination: Elimination | None) -> list[Place]:
+    """Return the entries row by row in the order of elimination."""
+    if elimination is None:
+        return sorted(places)
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    return sorted(places, key=lambda place: (row_at[place[0]], column_at[place[1]]))
+
+
+def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict[str, Any]:
+    """Number the factors row by row: L, reciprocal pivot, U."""
+    start, diagonal, columns = [0], [], []
+    slots: list[dict[int, int]] = []
+    for position in range(elimination.size):
+        across = [*elimination.lower[position], position, *elimination.upper[position]]
+        diagonal.append(start[-1] + len(elimination.lower[position]))
+        slots.append({column: start[-1] + k for k, column in enumerate(across)})
+        columns += across
+        start.append(len(columns))
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    entry_columns = [column_at[column] for _, column in places]
+    entry_start = [0] * (elimination.size + 1)
+    for row, _ in places:
+        entry_start[row_at[row] + 1] += 1
+    entry_start = [int(x) for x in np.cumsum(entry_start)]
+    data: dict[str, Any] = {
+        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
+        "start": start, "diagonal": diagonal, "column": columns, "factors": len(columns), "operations": elimination.operations,
+        "entry_start": entry_start, "entry_column": entry_columns,
+    }  # fmt: skip
+    if elimination.operations <= UNROLLED:
+        data["unrolled"] = [
+            {
+                "loads": [
+                    [slot, _entry(position, column, entry_start, entry_columns)] for column, slot in slots[position].items()
+                ],
+                "taken": [
+                    {
+                        "slot": slots[position][earlier],
+                        "pivot": diagonal[earlier],
+                        "updates": [[slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]],
+                    }
+                    for earlier in elimination.lower[position]
+                ],
+                "lower": [[slots[position][column], column] for column in elimination.lower[position]],
+                "upper": [[slots[position][column], column] for column in elimination.upper[position]],
+                "diagonal": diagonal[position],
+            }
+            for position in range(elimination.size)
+        ]
+    return data
+
+
+def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[str, Any]:
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    width = max(len(row) for row in fronts.table)
+    return {
+        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
+        "operations": elimination.operations, "factors": len(fronts.slots),
+        "diagonal": [fronts.slots[position, position] for position in range(elimination.size)],
+        "row_at": [row_at[row] for row in range(size)], "column_at": [column_at[column] for column in range(size)],
+        "kinds": [dict(kind) for kind in fronts.kinds],
+        "fronts": [[kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)],
+    }  # fmt: skip
+
+
+def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
+    """Return which entry of the matrix is at a place, -1 where elimination fills in."""
+    for entry in range(entry_start[position], entry_start[position + 1]):
+        if entry_columns[entry] == column:
+            return entry
+    return -1

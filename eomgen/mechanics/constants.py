@@ -1,0 +1,93 @@
+"""Names for the numbers that beams bring into the equations: shape integrals with mass, stiffness and places folded into them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.shape_functions.shape_integrals import Array, ShapeIntegrals
+from eomgen.mechanics.tree.beam_assembly import deformations
+from eomgen.mechanics.tree.beam_body import ElasticBody
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.formula.nodes import Formula
+from eomgen.symbolic.scalar import Scalar
+from eomgen.system.system import Quantity
+
+#: What each shape integral is, and its unit where mass per length is folded into it and where it is not.
+_MASS = {
+    "d": ("int f dm", "kg", "m"),
+    "e": ("int x f dm", "kg m", "m^2"),
+    "m": ("int f f dm", "kg", "m"),
+    "g0": ("int H dm, stiffening by axial acceleration", "kg/m", "1"),
+    "g1": ("int x H dm, centrifugal stiffening", "kg", "m"),
+}
+_DIGITS = 8  # a number that is shorter says itself what it is
+
+
+def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
+    """Return the numbers of all beams by name, without their signs; those that are short are left out."""
+    found: dict[str, Quantity] = {}
+    for link in tree.links:
+        if link.elastic is not None:
+            places = [x for (body, x), place in tree.stations.items() if body == link.name and tree.links[place].station]
+            for suffix, value, unit, meaning in _numbers(link.elastic, places, quantities.formula):
+                if len(repr(abs(value)).replace(".", "")) > _DIGITS:
+                    found.setdefault(f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning))
+    return tuple(found.values())
+
+
+def described(tree: Tree) -> tuple[str, ...]:
+    """Return what the equations of each beam keep, a sentence each."""
+    return tuple(_described(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
+
+
+def _described(name: str, beam: Beam) -> str:
+    parts = [f"{item.modes} of {item.kind} ({item.shapes})" for item in beam.deformations]
+    kept = "kinetic energy to second order in them and their rates" if beam.order == 1 else "all that the kinematics has"
+    bends = any(item.kind.startswith("bending") for item in beam.deformations)
+    shortening = ", the shortening of the bent axis " + ("kept" if beam.stiffening else "left out") if bends else ""
+    return f"{name}: elastic coordinates {', '.join(parts)}; order {beam.order}, {kept}{shortening}"
+
+
+def _numbers(
+    body: ElasticBody, places: list[float], number: Callable[[Formula], Scalar]
+) -> Iterator[tuple[str, float, str, str]]:
+    integrals, unit = body.mass.integrals, body.mass.unit
+    folded = number(body.beam.mass_per_length).constant is not None
+    for field, (meaning, of_mass, of_length) in _MASS.items():
+        for indices, value in _entries(getattr(integrals, field)):
+            yield f"{field}_{indices}", unit * value, of_mass if folded else of_length, meaning
+    for item, here in deformations(body.beam):
+        factor = number(item.stiffness).constant
+        what = f"stiffness of {item.kind}" + (" by its property" if factor is None else "")
+        for indices, value in _entries(integrals.k[here.start : here.stop, here.start : here.stop], here.start):
+            in_si = "N m/rad" if item.kind == "torsion" else "N/m"
+            yield f"k_{indices}", value * (1.0 if factor is None else factor), "" if factor is None else in_si, what
+    polar = number(body.beam.polar_inertia).constant
+    for field in ("t0", "t2"):
+        for indices, value in _entries(getattr(integrals, field)):
+            folded_in = 1.0 if polar is None else polar
+            yield f"{field}_{indices}", value * folded_in, "m" if polar is None else "kg m^2", "inertia of twist"
+    for x in places:
+        yield from _at(integrals, x)
+
+
+def _at(integrals: ShapeIntegrals, x: float) -> Iterator[tuple[str, float, str, str]]:
+    station = integrals.at(x)
+    where = f"at_{x:g}".replace(".", "p").replace("-", "m").replace("+", "")
+    for field, what in (("value", "f"), ("slope", "slope of f"), ("shortening", "H")):
+        for indices, value in _entries(getattr(station, field)):
+            yield f"{field}_{indices}_{where}", value, "", f"{what} at x = {x:g} m"
+
+
+def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:
+    """Return the numbers that are not zero with their indices, those of a symmetric matrix once."""
+    size = len(values)
+    indices = combinations_with_replacement(range(size), 2) if np.ndim(values) > 1 else ((k,) for k in range(size))
+    for index in indices:
+        if values[index] != 0.0:
+            yield "_".join(str(first + k) for k in index), float(values[index])

@@ -1,0 +1,59 @@
+"""Velocities of joints between absolute bodies, as joint coordinates have them: linear models measure motions by them.
+
+Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only those that are constant
+multiples of each other along the motion have the same. Components of bodies' velocities are no such multiples of the joints'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eomgen.mechanics.constraints.joints import joint_constraint
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, Rows
+from eomgen.mechanics.forces.frame_pairs import placed
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.scalar import Scalar, apply, dot, minus, transpose
+
+
+def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:
+    """Return the derivatives of the velocities of all joints that follow no other, in the order of ``scene.leading_joints``."""
+    rows = Rows()
+    for joint in scene.leading_joints:
+        with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
+            rows.velocity += _velocities(quantities, joint)
+    return ConstraintCalculus(tree, rows, moving_base=scene.base is not None)
+
+
+def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
+    """Return the components of a joint's velocity; on motions that the joint allows they are those of joint coordinates."""
+    item = joint_constraint(joint)
+    if item is None or item.type == "spherical":
+        pair = placed(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))
+    else:
+        pair = placed(quantities, item.first, item.second)
+    first, second = pair.first, pair.second
+    turning = minus(pair.angular_velocity(second), pair.angular_velocity(first))
+    sliding = minus(pair.velocity_at(second, second.origin), pair.velocity_at(first, second.origin))
+
+    def components() -> Iterator[Scalar]:
+        match joint.type:
+            case "revolute" | "helical":
+                yield dot(turning, first.axis(2))
+            case "prismatic":
+                yield dot(sliding, first.axis(2))
+            case "cylindrical":
+                yield from (dot(turning, first.axis(2)), dot(sliding, first.axis(2)))
+            case "universal":
+                yield from (dot(turning, first.axis(0)), dot(turning, second.axis(1)))
+            case "planar":
+                yield from (dot(turning, first.axis(2)), dot(sliding, first.axis(0)), dot(sliding, first.axis(1)))
+            case "spherical":
+                yield from apply(transpose(second.axes), turning)
+            case _:
+                yield from (*apply(transpose(second.axes), turning), *apply(transpose(second.axes), sliding))
+
+    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.way) for value in components()]

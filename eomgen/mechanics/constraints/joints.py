@@ -1,0 +1,172 @@
+"""Joints of a scene as constraints between absolute bodies, and their coordinates as functions of the bodies' poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.constraints.counted_angles import counted_angles
+from eomgen.mechanics.constraints.rows import Row, rates_of, turned_past
+from eomgen.mechanics.forces.frame_pairs import magnitude, placed
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.formula.nodes import Number, Symbol
+from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.scalar import Scalar, Vector, dot, minus
+from eomgen.symbolic.tape import ZERO, Op
+
+
+def joint_constraint(joint: Joint) -> Constraint | None:
+    """Return the constraint that a joint is; None for joints without equations."""
+    if joint.type == "free" or joint.type == "fixed":  # noqa: PLR1714  # the checker narrows the type by equality only
+        return None
+    turn = _frame(joint)
+    first = Frame(joint.parent, joint.position, _product(joint.orientation, turn))
+    return Constraint(joint.name, joint.type, first, Frame(joint.child, orientation=turn), pitch=joint.pitch)
+
+
+def _frame(joint: Joint) -> tuple[Direction, ...]:
+    """Return the axes of the constraint's frames in the child: z along the joint's axis, or x and y along both of them."""
+    if joint.type == "universal":
+        return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
+    return frame_of(joint)
+
+
+def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tuple[tuple[float, float, float], ...]:
+    rows = [[sum(A[i][k] * B[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    return tuple((row[0], row[1], row[2]) for row in rows)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An angle by its sine and cosine, both times the same positive number."""
+
+    sine: Scalar
+    cosine: Scalar
+
+    def past(self, sine: Scalar, cosine: Scalar) -> Turn:
+        """Return how far the angle is beyond another one."""
+        return Turn(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
+
+
+class AbsoluteQuantities(Quantities):
+    """Resolves the symbols of formulas when bodies have absolute coordinates: joint coordinates are measured between frames."""
+
+    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
+        super().__init__(scene, tree, kinematics)
+        self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
+        tape = self.algebra.tape
+        self.seeds = configuration_directions(tree)
+        self.rates = rates_of(tape, self.seeds, scene.base is not None)
+        self._measures: dict[str, tuple[Scalar | Turn, ...]] = {}
+        poses = sum(factor.q_size for factor in tree.factors)
+        self._references = {angle: self._input("q", poses + number) for number, angle in enumerate(counted_angles(scene))}
+        _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        if symbol.kind == "q":
+            return self.coordinate(symbol.name, symbol.index)
+        if symbol.kind == "v":
+            tape = self.algebra.tape
+            return Scalar(tape, jacobian_vector(tape, [self._within_half_a_turn(symbol.name, symbol.index).ref], self.rates)[0])
+        if symbol.kind == "a":
+            what = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
+            raise ModelError(what, "the acceleration of a point")
+        return super().__call__(symbol)
+
+    def coordinate(self, joint: str, index: int = 0) -> Scalar:
+        """Return a travel of a joint or an angle: over turns where it is counted, else within half a turn."""
+        reference, measure = self._references.get((joint, index)), self._measure(joint, index)
+        if reference is None or isinstance(measure, Scalar):
+            return self._within_half_a_turn(joint, index)
+        call = self.algebra.call
+        past = measure.past(call(Op.SIN, reference), call(Op.COS, reference))
+        return reference + call(Op.ATAN2, past.sine, past.cosine)
+
+    def _within_half_a_turn(self, joint: str, index: int) -> Scalar:
+        """Return a travel, or an angle within half a turn: all that rates and virtual work need to know."""
+        measure = self._measure(joint, index)
+        return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
+
+    def _measure(self, joint: str, index: int) -> Scalar | Turn:
+        if joint not in self._measures:
+            item = self.constraints[joint]
+            if item is None or item.type == "spherical":
+                raise ModelError(
+                    f"joint {joint!r} has no single coordinate that absolute coordinates could measure",
+                    "a force or torque on the body, or joint coordinates",
+                )
+            self._measures[joint] = self._measured(item)
+        return self._measures[joint][index]
+
+    def _measured(self, item: Constraint) -> tuple[Scalar | Turn, ...]:
+        """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
+        pair = placed(self, item.first, item.second)
+        first, second = pair.first, pair.second
+        gap = minus(second.origin, first.origin)
+
+        def angle(x: Vector, y: Vector, along: Vector) -> Turn:
+            return Turn(dot(y, along), dot(x, along))
+
+        def turn() -> Turn:
+            return angle(first.axis(0), first.axis(1), second.axis(0))
+
+        def travel(k: int) -> Scalar:
+            return dot(gap, first.axis(k))
+
+        match item.type:
+            case "prismatic":
+                return (travel(2),)
+            case "helical":
+                return (travel(2) / self.formula(item.pitch),)
+            case "cylindrical":
+                return turn(), travel(2)
+            case "universal":
+                about_x = angle(first.axis(1), first.axis(2), second.axis(1))
+                return about_x, angle(second.axis(0), second.axis(2), first.axis(0))
+            case "planar":
+                return turn(), travel(0), travel(1)
+            case _:
+                return (turn(),)
+
+    def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
+        tape = self.algebra.tape
+        (tangent,) = forward_partials(tape, [self._within_half_a_turn(joint, index).ref], self.seeds)
+        return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
+
+
+def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
+    """Return for each joint that follows another the row that its coordinate is the leader's, multiplied, plus an offset.
+
+    An angle that follows is compared by its sine, and so needs no count of its own turns.
+    """
+    rows = list[Row]()
+    for joint in quantities.scene.joints:
+        if joint.mimic is None:
+            continue
+        target = quantities.formula(joint.mimic.multiplier) * quantities.coordinate(joint.mimic.joint)
+        target = target + quantities.formula(joint.mimic.offset)
+        item = quantities.constraints[joint.name]
+        if item is None:
+            continue
+        pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
+        if joint.type == "revolute":
+            value = turned_past(quantities, target, pair.first, pair.second)
+            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.way))
+        else:
+            value = quantities.coordinate(joint.name) - target
+            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.way))
+    return rows
+
+
+def _refuse(keys: Iterable[str]) -> None:
+    problems = [Problem(f"joints.{key}", "has no place in absolute coordinates", "joint coordinates") for key in keys]
+    if problems:
+        raise ModelError(problems)

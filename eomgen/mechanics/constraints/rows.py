@@ -1,0 +1,263 @@
+"""Constraint equations on a tape, and everything the equations of motion need of them, by left-trivialised differentiation.
+
+A row is holonomic, Phi(q, t) = 0, or at velocity level, psi(q, v, t) = 0 with psi affine in v. All else is calculus
+on the tape: B, the velocity row Phi' = B v + Phi_t, and the part of its rate that is quadratic in v (with base motion
+and drivers included) are derivatives along directions that the configuration, the base and time own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+from eomgen.mechanics.forces.frame_pairs import Pair, Placed, magnitude, placed
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_along
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.symbolic.calculus.configuration import Tangent, rotation
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
+from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
+from eomgen.system.system import BASE_LAYOUT
+
+
+@dataclass(frozen=True)
+class Row:
+    """One equation of a constraint.
+
+    Attributes
+    ----------
+    value : what is to be zero; at velocity level affine in v
+    size : what the magnitudes of its summands add up to, in its own unit: rounding errors are a few digits less. At velocity
+        level, of those that an angular velocity is multiplied by
+    extent : m, what turning what it joins may move it by, wherever that stands along what the row lets slide or roll
+    way : m, the same and how far apart things stand: what there is to measure where nothing has an extent, as point masses
+    """
+
+    name: str
+    value: Scalar
+    unit: Literal["m", "1", "m/s"]
+    size: Scalar
+    extent: Scalar
+    way: Scalar
+
+
+@dataclass
+class Rows:
+    """Constraint rows; holonomic ones first when numbered."""
+
+    holonomic: list[Row] = field(default_factory=list)
+    velocity: list[Row] = field(default_factory=list)
+
+    @property
+    def all(self) -> list[Row]:
+        return [*self.holonomic, *self.velocity]
+
+    def without(self, numbers: Sequence[int]) -> Rows:
+        """Return the rows but those of the given numbers."""
+        left_out, first = set(numbers), len(self.holonomic)
+        at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
+        return Rows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
+
+
+def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
+    """Return the rows of all constraints."""
+    rows = Rows()
+    for item in constraints:
+        with quantities.algebra.tape.block(f"constraint {item.name}"):
+            pair = placed(quantities, item.first, item.second)
+            rows.holonomic += _holonomic(quantities, item, pair)
+            if item.type == "rolling":
+                rows.velocity += _rolling(quantities, item, pair)
+    return rows
+
+
+def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+    first, second, one = pair.first, pair.second, quantities.algebra.one
+    gap = minus(first.origin, second.origin)
+    local = apply(transpose(second.axes), gap)
+    z1 = first.axis(2)
+
+    def length(label: str, value: Scalar, *more: Scalar) -> Row:
+        return Row(f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.way)
+
+    def angle(label: str, value: Scalar, *more: Scalar) -> Row:
+        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.way)
+
+    meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
+    parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
+    spin = angle("x stays perpendicular to y", dot(first.axis(0), second.axis(1)))
+    driven = []
+    if item.drive is not None:
+        drive = quantities.formula(item.drive)
+        if item.type == "revolute":
+            driven = [angle("driven angle", turned_past(quantities, drive, first, second), drive)]
+        else:
+            driven = [length("driven travel", local[2] + drive, drive)]
+    match item.type:
+        case "spherical":
+            return meeting
+        case "revolute":
+            return meeting + parallel + driven
+        case "universal":
+            return [*meeting, spin]
+        case "cylindrical":
+            return meeting[:2] + parallel + driven
+        case "helical":
+            travel = length("travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch))
+            return [*meeting[:2], *parallel, travel]
+        case "prismatic":
+            return [*meeting[:2], *parallel, spin, *driven]
+        case "planar":
+            return [length("origin stays in the plane", dot(gap, z1)), *parallel]
+        case "fixed":
+            return [*meeting, *parallel, spin]
+        case "distance":
+            apart, wanted = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
+            return [length("distance", apart - wanted, wanted)]
+        case "point_on_line":
+            across = apply(transpose(first.axes), gap)
+            return [length(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
+        case _:
+            height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
+            size, lever, way = _on_wheel(quantities, item, pair)
+            return [Row(f"{item.name}: contact", height, "m", size, lever, way)]
+
+
+def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
+    """Return the sine of how far the second frame has turned about z beyond an angle: smooth over any number of turns."""
+    cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
+    return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
+
+
+def _screwed(quantities: Quantities, item: Constraint, pair: Pair, local: Vector) -> Scalar:
+    """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
+    pitch = quantities.formula(item.pitch)
+    return pitch * turned_past(quantities, -local[2] / pitch, pair.first, pair.second)
+
+
+def _contact(quantities: Quantities, item: Constraint, pair: Pair) -> Vector:
+    """Return the lowest point of a disc about the second frame's z axis, or of a sphere, over the first's plane."""
+    normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
+    if item.shape == "sphere":
+        return minus(pair.second.origin, scaled(radius, normal))
+    down = minus(normal, scaled(dot(normal, axis), axis))
+    length = quantities.algebra.call(Op.SQRT, dot(down, down))
+    return minus(pair.second.origin, scaled(radius / length, down))
+
+
+def _on_wheel(quantities: Quantities, item: Constraint, pair: Pair) -> tuple[Scalar, Scalar, Scalar]:
+    """Return size, lever and way of a pair, the radius of a wheel included. Where on its plane it rolls is no lever of a row."""
+    radius = magnitude(quantities.formula(item.radius))
+    return pair.size + radius, pair.lever + radius, pair.way + radius
+
+
+def _rolling(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+    contact = _contact(quantities, item, pair)
+    slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
+    size, lever, way = _on_wheel(quantities, item, pair)
+    return [
+        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, way)
+        for k, axis in enumerate("xy")
+    ]
+
+
+class ConstraintCalculus:
+    """Derivatives of constraint rows along velocities, base motion and time."""
+
+    def __init__(self, tree: Tree, rows: Rows, moving_base: bool) -> None:
+        self.algebra = tree.algebra
+        self.tape: Tape = tree.algebra.tape
+        self.nv = tree.nv
+        self.rows = rows
+        self.seeds = configuration_directions(tree)
+        self.rates = rates_of(self.tape, self.seeds, moving_base)
+        self.holonomic = [row.value.ref for row in rows.holonomic]
+        self.level = [row.value.ref for row in rows.velocity]
+
+    @cached_property
+    def tangents(self) -> list[Tangent]:
+        """The rows of B, nonzeros only, by velocity component."""
+        by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
+        return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
+
+    def jacobian(self) -> list[list[Scalar]]:
+        """Return B, one row per constraint row, dense with structural zeros."""
+        return self._dense(self.tangents)
+
+    def _dense(self, tangents: Sequence[Tangent]) -> list[list[Scalar]]:
+        zero = self.algebra.zero
+        rows = [[zero] * self.nv for _ in tangents]
+        for row, tangent in zip(rows, tangents, strict=True):
+            for column, ref in tangent.items():
+                row[column] = Scalar(self.tape, ref)
+        return rows
+
+    def velocity(self) -> list[Scalar]:
+        """Return Phi' = B v + Phi_t of the holonomic rows, then the velocity rows themselves."""
+        first = jacobian_vector(self.tape, self.holonomic, self.rates)
+        return [Scalar(self.tape, ref) for ref in [*first, *self.level]]
+
+    def bias(self) -> list[Scalar]:
+        """Return the rate of ``velocity`` at vdot = 0: Z(v, v) with all terms of base motion and drivers."""
+        velocity = [value.ref for value in self.velocity()]
+        return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
+
+    def forces(self) -> list[Scalar]:
+        """Return B^T lam."""
+        total = [self.algebra.zero] * self.nv
+        for number, tangent in enumerate(self.tangents):
+            multiplier = Scalar(self.tape, self.tape.input("lam", number))
+            for column in sorted(tangent):
+                total[column] = total[column] + Scalar(self.tape, tangent[column]) * multiplier
+        return total
+
+    def driving_power(self) -> Scalar:
+        """Return lam times the partial derivatives of the holonomic rows in time: the power of drivers, not of the base."""
+        rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
+        total = self.algebra.zero
+        for number, rate in enumerate(rates):
+            total = total + Scalar(self.tape, self.tape.input("lam", number)) * Scalar(self.tape, rate)
+        return total
+
+    def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
+        """Return left-trivialised partials in q of any values, one row each."""
+        return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
+
+
+def rates_of(
+    tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool
+) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivative of time, configuration and base, for directional derivatives with v held constant."""
+    rates = rates_along(tape, seeds)
+    return rates | _base_rates(tape) if moving_base else rates
+
+
+def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivatives of the base struct: pose by twist, twist by its own derivative, which is held constant."""
+    start: dict[str, int] = {}
+    offset = 0
+    for name, size, _ in BASE_LAYOUT:
+        start[name], offset = offset, offset + size
+    rates: dict[Ref | InputSymbol, Ref] = {}
+
+    def block(name: str, size: int) -> list[Ref]:
+        return [tape.input("base", start[name] + k) for k in range(size)]
+
+    quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
+    half = tape.constant(0.5)
+    w, x, y, z = (tape.mul(half, ref) for ref in quaternion)
+    a, b, c = omega
+    rows = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
+    for ref, row in zip(quaternion, rows, strict=True):
+        rates[ref] = tape.add(tape.add(tape.mul(row[0], a), tape.mul(row[1], b)), tape.mul(row[2], c))
+    R = rotation(tape, quaternion)
+    for ref, line in zip(block("position", 3), R, strict=True):
+        terms = [tape.mul(entry, part) for entry, part in zip(line, velocity, strict=True)]
+        rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
+    rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
+    rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
+    return rates

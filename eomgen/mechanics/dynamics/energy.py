@@ -1,0 +1,98 @@
+"""Energies and powers: inertial kinetic and potential energy, non-conservative power, and the power of base and drivers.
+
+Along every motion d(kinetic + potential)/dt = power + base power. Bodies' own inertial parameters are used, never grouped ones.
+Forces between bodies and base do not move the whole scene as one rigid body, so the wrench of the base is what
+inertia needs less weight and external forces, whether joints, springs or constraints transmit it.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import sympy
+
+from eomgen.mechanics.dynamics.separated import carry, field_wrenches
+from eomgen.mechanics.forces.loads import Loads
+from eomgen.mechanics.kinematics.fields import total_fields
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.tree.base import BaseState
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.links import ROOT, Tree
+from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled
+
+
+@cache
+def kinetic_kernel() -> Kernel:
+    """Derive half the integral of |v + omega x s|^2 over the mass, in shape integrals m, d, S."""
+    s = sympy.Matrix(sympy.symbols("s0:3"))
+    v, omega = sympy.Matrix(sympy.symbols("v0:3")), sympy.Matrix(sympy.symbols("w0:3"))
+    speed = v + omega.cross(s)
+    square = sympy.Poly((speed.T * speed)[0] / 2, *s)
+    total = sympy.Integer(0)
+    for powers, coefficient in square.terms():
+        axes = [axis for axis, power in enumerate(powers) for _ in range(power)]
+        total += sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(axes)].format(*axes)) * coefficient
+    return Kernel((total,))
+
+
+def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
+    """Return the kinetic energy of a body from the twist of its frame's origin, in its axes."""
+    values = {"m": inertia.mass}
+    for i in range(3):
+        values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
+        for j in range(3):
+            values[f"S{i}{j}"] = inertia.second[i][j]
+    return kinetic_kernel().instantiate(algebra, values)[0]
+
+
+def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:
+    """Return kinetic and potential energy (J), power of non-conservative forces, and power of base and drivers (W)."""
+    base, carrier = kinematics.base, kinematics.carrier
+    algebra = tree.algebra
+    kinetic, potential = algebra.zero, loads.potential
+    for index, link in enumerate(tree.links):
+        with algebra.tape.block(f"energy of link {link.name}"):
+            twist = kinematics.inertial_twist(index)
+            kinetic = kinetic + kinetic_energy(algebra, link.inertia, *twist)
+            if link.elastic is not None:
+                kinetic = kinetic + link.elastic.kinetic_energy(*twist)
+            for rotor, value in zip(link.rotor_inertias, link.velocities, strict=True):
+                kinetic = kinetic + 0.5 * (rotor * (value * value))
+            R, p = kinematics.pose(index)
+            moment = plus(scaled(link.inertia.mass, p), apply(R, link.inertia.first))
+            in_world = plus(scaled(link.inertia.mass, base.position), apply(base.orientation, moment))
+            potential = potential - dot(base.gravity_world, in_world)
+    moving = base_power(tree, base, carrier, loads) if carrier.moving else algebra.zero
+    total = kinetic + potential
+    return {"kinetic": kinetic, "potential": potential, "total": total, "power": loads.power, "base_power": moving + drivers}
+
+
+def base_power(tree: Tree, base: BaseState, carrier: BaseState, loads: Loads) -> Scalar:
+    """Return the power of the wrench that the base exerts on the scene: all inertia less weight and external forces.
+
+    Parameters
+    ----------
+    base : what the tree's root rests on: the prescribed base, or the world in absolute coordinates
+    carrier : the prescribed base
+    """
+    algebra = tree.algebra
+    fields = total_fields(tree, base.motion(), accelerations=True, gravity=True)
+    net = field_wrenches(tree, fields)
+    for index, external in enumerate(loads.external):
+        if external is not None:
+            net[index] = (minus(net[index][0], external[0]), minus(net[index][1], external[1]))
+    moment, force = algebra.zero_vector, algebra.zero_vector
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        with algebra.tape.block(f"load that the base carries through joint {link.joint.name}"):
+            load = carry(link, net[index])
+            if link.parent == ROOT:
+                moment, force = plus(moment, load[0]), plus(force, load[1])
+            else:
+                net[link.parent] = (plus(net[link.parent][0], load[0]), plus(net[link.parent][1], load[1]))
+    omega, velocity = carrier.omega, carrier.velocity
+    if carrier is not base:
+        omega, velocity = apply(carrier.orientation, omega), apply(carrier.orientation, velocity)
+        velocity = minus(velocity, cross(omega, carrier.position))
+    return dot(moment, omega) + dot(force, velocity)

@@ -1,0 +1,198 @@
+"""The separated terms M, h, Q (gravity), b, and inverse dynamics, from virtual work along the tree.
+
+Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T
+(..) with the Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one
+joint move its whole subtree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.mechanics.kinematics.fields import BaseMotion, LinkField, base_fields, total_fields
+from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
+from eomgen.mechanics.tree.inertia import Inertia, wrench
+from eomgen.mechanics.tree.links import ROOT, Link, Tree
+from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
+
+Wrench = tuple[Vector, Vector]
+#: What coordinates need, one value per column of a link, by link.
+Rows = dict[int, list[Scalar]]
+
+
+def project(link: Link, load: Wrench) -> list[Scalar]:
+    """Return the virtual work of a wrench (moment about the link's origin, force) for each column of the joint."""
+    moment, force = load
+    return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
+
+
+def carry(link: Link, load: Wrench) -> Wrench:
+    """Return a wrench on a link as the wrench on its parent, in the parent's axes and about the parent's origin."""
+    moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
+    return plus(moment, cross(link.position, force)), force
+
+
+def difference(first: Wrench, second: Wrench) -> Wrench:
+    return minus(first[0], second[0]), minus(first[1], second[1])
+
+
+def summed(first: Wrench, second: Wrench) -> Wrench:
+    return plus(first[0], second[0]), plus(first[1], second[1])
+
+
+def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:
+    """Return for each link the wrench that its inertia demands less what is applied to it."""
+    demanded = field_wrenches(tree, fields)
+    return [load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)]
+
+
+def zero_base(tree: Tree) -> BaseMotion:
+    zero = tree.algebra.zero_vector
+    return BaseMotion(zero, zero, zero, zero)
+
+
+def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
+    """Return the generalized forces of one wrench per link: inward recursion, projected joint by joint.
+
+    ``rows`` holds what elastic coordinates need beside that, by link.
+    """
+    total = carried_loads(tree, loads, label)
+    projected = {index: project(link, total[index]) for index, link in enumerate(tree.links)}
+    return tree.by_dof(projected if rows is None else projected | rows)
+
+
+def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
+    """Return the generalized forces that the links' inertia demands for their acceleration fields."""
+    return generalized(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
+
+
+def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
+    """Return for each joint the wrench that it transmits: that of its link and of all that hangs on it."""
+    total = list(loads)
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        if link.parent != ROOT:
+            with tree.algebra.tape.block(f"{label} at joint {link.joint.name}"):
+                moment, force = carry(link, total[index])
+                total[link.parent] = (plus(total[link.parent][0], moment), plus(total[link.parent][1], force))
+    return total
+
+
+def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
+    """Return the wrench that each link's inertia demands for its acceleration field."""
+    loads = []
+    for link, field in zip(tree.links, fields, strict=True):
+        with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
+            load = wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.bend)
+            if link.elastic is not None:
+                load = summed(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
+            loads.append(load)
+    return loads
+
+
+def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
+    """Return what the elastic coordinates of each link need for its acceleration field and the motion against it."""
+    rows: Rows = {}
+    for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
+        if link.elastic is not None:
+            with tree.algebra.tape.block(f"elastic coordinates of {link.name}, order {link.elastic.beam.order}"):
+                motion, body = link.elastic.relative_motion(**field.relative), link.elastic
+                rows[index] = [body.row(k, field.origin, field.gradient, field.spin, motion) for k in range(body.size)]
+    return rows
+
+
+def coupling(tree: Tree) -> list[Scalar]:
+    """Return h(q, v): the inertia terms quadratic in v, base at rest."""
+    fields = total_fields(tree, zero_base(tree), accelerations=False, gravity=False)
+    return inertial(tree, fields, "nonlinear coupling")
+
+
+def base_motion(tree: Tree, base: BaseMotion) -> list[Scalar]:
+    """Return b(q, v, t): the inertia terms that vanish when the base is at rest."""
+    return inertial(tree, base_fields(tree, base), "base motion")
+
+
+def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> list[Scalar]:
+    """Return M a + h + b - Q of inertia, gravity and ``loads`` (applied wrenches by link, link axes) in one recursion."""
+    fields = total_fields(tree, base, accelerations=True, gravity=True)
+    efforts = generalized(tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields))
+    of_rotors = {
+        index: [rotor * rate for rotor, rate in zip(link.rotor_inertias, link.accelerations, strict=True)]
+        for index, link in enumerate(tree.links)
+    }
+    return [x + y for x, y in zip(efforts, tree.by_dof(of_rotors), strict=True)]
+
+
+def composites(tree: Tree) -> list[Inertia]:
+    """Return for each link the shape integrals of its subtree, about and in the link's frame."""
+    total = [link.inertia for link in tree.links]
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        if link.parent != ROOT:
+            with tree.algebra.tape.block(f"composite body of link {tree.links[link.parent].name}"):
+                first = link.rotation.rotate(total[index].first)
+                turned = Inertia(total[index].mass, first, link.rotation.congruence(total[index].second))
+                total[link.parent] = total[link.parent] + turned.shifted(link.position)
+    return total
+
+
+def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[list[Scalar]]:
+    """Return the full symmetric M(q), structural zeros included."""
+    algebra = tree.algebra
+    bodies = composites(tree) if bodies is None else bodies
+    M = [[algebra.zero] * tree.nv for _ in range(tree.nv)]
+    for index, link in enumerate(tree.links):
+        with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
+            for k, dof in enumerate(link.dofs):
+                ratio = link.coordinates.ratio
+                load, own = _unit_acceleration(link, bodies[index], k)
+                for other in range(k):
+                    _couple(M, link.dofs[other], dof, ratio * ratio * own[other])
+                M[dof][dof] = M[dof][dof] + ratio * ratio * (own[k] + link.rotor_inertias[k])
+                below = index
+                while tree.links[below].parent != ROOT:
+                    load = carry(tree.links[below], load)
+                    below = tree.links[below].parent
+                    above = tree.links[below]
+                    for other, value in zip(above.dofs, project(above, load), strict=True):
+                        _couple(M, other, dof, above.coordinates.ratio * ratio * value)
+    return M
+
+
+def _unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[Scalar]]:
+    """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the link."""
+    if link.elastic is None:
+        algebra, column = link.coordinates.algebra, link.columns[k]
+        load = wrench(algebra, body, column.linear, column.angular)
+        return load, project(link, load)
+    still, motion = link.elastic.algebra.zero_vector, link.elastic.unit_acceleration(k)
+    return link.elastic.wrench(still, motion), _rows_of(link.elastic, still, motion)
+
+
+def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[Scalar]:
+    """Return what the coordinates of an elastic body need where all its frame has the same acceleration and nothing turns."""
+    still = body.algebra.zero_vector
+    return [body.row(k, origin, (still, still, still), still, motion) for k in range(body.size)]
+
+
+def _couple(M: list[list[Scalar]], row: int, column: int, value: Scalar) -> None:
+    """Add what couples two columns of motion; both may belong to one component, if one joint follows the other."""
+    M[row][column] = M[row][column] + value
+    M[column][row] = M[column][row] + value if row == column else M[row][column]
+
+
+def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:
+    """Return the generalized force of gravity (base axes): that of each subtree's weight, acting at its centre of mass."""
+    bodies = composites(tree) if bodies is None else bodies
+    downs: list[Vector] = []
+    efforts: dict[int, list[Scalar]] = {}
+    for index, link in enumerate(tree.links):
+        with tree.algebra.tape.block(f"weight carried by joint {link.joint.name}"):
+            down = link.rotation.rotate_back(gravity if link.parent == ROOT else downs[link.parent])
+            downs.append(down)
+            if link.elastic is None:
+                efforts[index] = project(link, (cross(bodies[index].first, down), scaled(bodies[index].mass, down)))
+            else:
+                at_rest = link.elastic.relative_motion(rates=False, own_rates=False, accelerations=False)
+                efforts[index] = _rows_of(link.elastic, down, at_rest)
+    return tree.by_dof(efforts)

@@ -1,0 +1,1 @@
+"""Formulas and curves of a scene, recorded on the tape."""

@@ -1,0 +1,113 @@
+"""Bushings: springs and dampers in all six directions between two frames, by the virtual work of one potential.
+
+The deformation e = (phi, d) is seen from the first frame: phi is the rotation vector of the second frame against its rest, d the
+displacement of its origin. The potential is e.K e / 2 - p.e, the damper's force is -D e'; so both hold at large rotations. With
+w the relative angular velocity in the first frame's axes, phi' = T(phi)^-T w: Bruls, Cardona and Arnold, Mech. Mach. Theory 48
+(2012) 121, with the transpose because w is the spatial one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.lie import rotations
+from eomgen.lie.algebra import TapeAlgebra
+from eomgen.mechanics.forces.frame_pairs import Placed, place
+from eomgen.mechanics.forces.loads import Loads, add_wrench
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.tree.links import WORLD_NAME
+from eomgen.scene.forces.elements import Bushing
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    dot,
+    minus,
+    multiply,
+    negative,
+    plus,
+    transpose,
+)  # fmt: skip
+from eomgen.symbolic.tape import Op
+
+Rows = list[list[Scalar]]
+
+
+def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
+    """Add the forces of a bushing on both bodies, its potential and what it dissipates."""
+    algebra = quantities.algebra
+    if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
+        return  # between base and world: whoever moves the base strains it
+    K, D = ([[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping))
+    preload = [quantities.formula(entry) for entry in bushing.preload]
+    first, second = place(quantities, bushing.first), place(quantities, bushing.second)
+    to_first = transpose(first.axes)
+    shift = minus(apply(to_first, minus(second.origin, first.origin)), quantities.vector(bushing.rest))
+    turning, moving = _relative_motion(quantities, bushing, second)
+    turning, moving = apply(to_first, turning), apply(to_first, moving)
+    turns = any(not entry.is_zero for row in (*K[:3], *D[:3], preload[:3]) for entry in row)
+    angle, angle_rate, pull_back = algebra.zero_vector, algebra.zero_vector, algebra.identity
+    if turns:
+        against_rest = multiply(multiply(to_first, second.axes), transpose(algebra.matrix(bushing.rest_orientation)))
+        angle = rotation_vector(algebra, against_rest)
+        pull_back = algebra.matrix(rotations.tangent_inverse(angle))
+        angle_rate = apply(transpose(pull_back), turning)
+    e, rate = [*angle, *shift], [*angle_rate, *moving]
+    elastic, viscous = _product(K, e), _product(D, rate)
+    response = [pre - spring - damper for pre, spring, damper in zip(preload, elastic, viscous, strict=True)]
+    moment = apply(first.axes, apply(pull_back, _vector(response[:3])))
+    force = apply(first.axes, _vector(response[3:]))
+    for here, other, sign in ((bushing.second, bushing.first, 1.0), (bushing.first, bushing.second, -1.0)):
+        _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=other.body == WORLD_NAME)
+    loads.potential = loads.potential + 0.5 * dot(e, elastic) - dot(preload, e)
+    loads.power = loads.power - dot(rate, viscous)
+
+
+def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
+    """Record the logarithm of a rotation by less than half a turn."""
+    trace = R[0][0] + R[1][1] + R[2][2]
+    w = 0.5 * algebra.call(Op.SQRT, algebra.call(Op.MAX, trace + 1.0, algebra.scalar(1e-24)))
+    share = algebra.one / (w * 4.0)
+    skewed = (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
+    quaternion = [w, *(entry * share for entry in skewed)]
+    return _vector(rotations.logarithm(TapeAlgebra(algebra.tape), quaternion))
+
+
+def _relative_motion(quantities: Quantities, bushing: Bushing, second: Placed) -> tuple[Vector, Vector]:
+    """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base axes."""
+    motions, kinematics = [], quantities.kinematics
+    for frame in (bushing.first, bushing.second):
+        link = quantities.mount(frame).link
+        R, origin = kinematics.pose(link)
+        omega, velocity = (apply(R, part) for part in kinematics.twist(link))
+        motions.append((omega, plus(velocity, cross(omega, minus(second.origin, origin)))))
+    (turn_first, move_first), (turn_second, move_second) = motions
+    return minus(turn_second, turn_first), minus(move_second, move_first)
+
+
+def _add_at(
+    loads: Loads, quantities: Quantities, frame: Frame, point: Vector, load: tuple[Vector, Vector], sign: float, *, external: bool
+) -> None:
+    """Add a moment and a force through a point, all in base axes, to the link that a frame is on."""
+    link = quantities.mount(frame).link
+    if link < 0:
+        return
+    R, origin = quantities.kinematics.pose(link)
+    moment, force = load if sign > 0 else (negative(load[0]), negative(load[1]))
+    back = transpose(R)
+    wrench = (apply(back, plus(moment, cross(minus(point, origin), force))), apply(back, force))
+    add_wrench(loads.wrenches, link, wrench)
+    if external:
+        add_wrench(loads.external, link, wrench)
+
+
+def _product(rows: Rows, values: Sequence[Scalar]) -> list[Scalar]:
+    return [dot(row, values) for row in rows]
+
+
+def _vector(values: Sequence[Scalar]) -> Vector:
+    return (values[0], values[1], values[2])

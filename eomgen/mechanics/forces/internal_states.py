@@ -1,0 +1,81 @@
+"""Internal states z: their rates f(q, v, z, t, u), and how rates and applied forces change with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref
+
+Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
+
+
+def state_formulas(scene: Scene) -> Iterator[Formula]:
+    """Yield every formula that may depend on the state of the scene, those of outputs aside."""
+    yield from (state.rate for state in scene.states)
+    yield from (controller.output for controller in scene.controllers)
+    yield from (spring.force for spring in scene.springs)
+    yield from (effort.effort for effort in scene.efforts)
+    for force in scene.forces:
+        yield from (*force.force, *force.torque)
+
+
+class InternalStates:
+    """The internal states of a scene; without any, everything is empty."""
+
+    def __init__(self, scene: Scene, tree: Tree, quantities: Quantities) -> None:
+        self.scene = scene
+        self.tree = tree
+        self.quantities = quantities
+        self._rates: list[Scalar] | None = None
+
+    @property
+    def count(self) -> int:
+        return len(self.scene.states)
+
+    def rates(self) -> list[Scalar]:
+        """Return f."""
+        if self._rates is None:
+            self._rates = []
+            for item in self.scene.states:
+                with self.tree.algebra.tape.block(f"rate of state {item.name}"):
+                    self._rates.append(self.quantities.formula(item.rate))
+        return self._rates
+
+    def seeds(self, first: int) -> Seeds:
+        """Return z as directions of differentiation, numbered from ``first`` on."""
+        return {InputSymbol("z", number): {first + number: ONE} for number in range(self.count)}
+
+    def partials(self, applied: Sequence[Scalar]) -> dict[str, Matrix]:
+        """Return shape, entries and meaning of Rz, and of Fq (left-trivialised), Fv and Fz.
+
+        Parameters
+        ----------
+        applied : (nv,)
+            Applied generalized forces: all of the residual that may depend on z.
+        """
+        tape, nv, nz = self.tree.algebra.tape, self.tree.nv, self.count
+        with tape.block("partials of applied forces in the internal states"):
+            forces = forward_partials(tape, [value.ref for value in applied], self.seeds(0))
+        seeds = configuration_directions(self.tree) | self.seeds(2 * nv)
+        for k in range(nv):
+            seeds[InputSymbol("v", k)] = {nv + k: ONE}
+        with tape.block("partials of the rates of internal states"):
+            rates = forward_partials(tape, [value.ref for value in self.rates()], seeds)
+
+        def block(first: int, columns: int) -> tuple[Ref, ...]:
+            return tuple(tangent.get(first + k, ZERO) for tangent in rates for k in range(columns))
+
+        by_state = tuple(-tangent[k] if k in tangent else ZERO for tangent in forces for k in range(nz))
+        return {
+            "Rz": ((nv, nz), by_state, "d residual / dz"),
+            "Fq": ((nz, nv), block(0, nv), "d zdot / dq, left-trivialised"),
+            "Fv": ((nz, nv), block(nv, nv), "d zdot / dv"),
+            "Fz": ((nz, nz), block(2 * nv, nz), "d zdot / dz"),
+        }

@@ -1,0 +1,115 @@
+"""What names in formulas mean on the tape: coordinates, points, springs, parameters, inputs and time."""
+
+from __future__ import annotations
+
+from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.expressions.formulas import record
+from eomgen.mechanics.forces.tyre_contact import tyre_contact
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.tree.links import Mount, Tree
+from eomgen.scene.forces.model import Spring
+from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.scene import Point, Scene
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
+from eomgen.symbolic.tape import Op
+
+
+class Quantities:
+    """Resolves the symbols of formulas, for a scene in joint coordinates."""
+
+    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
+        self.scene = scene
+        self.tree = tree
+        self.kinematics = kinematics
+        self.algebra: Algebra = tree.algebra
+        self.points = {point.name: point for point in scene.points}
+        self.springs = {spring.name: spring for spring in scene.springs}
+        self.tyres = {tyre.name: tyre for tyre in scene.tyres}
+        self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
+        self.state_numbers = {item.name: number for number, item in enumerate(scene.states)}
+        self.controllers = {item.name: item for item in scene.controllers}
+        self._outputs_of_controllers: dict[str, Scalar] = {}
+        self.energies: dict[str, Scalar] = {}
+
+    def _input(self, block: str, index: int = 0) -> Scalar:
+        return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
+
+    def __call__(self, symbol: Symbol) -> Scalar:
+        match symbol.kind:
+            case "time":
+                return self._input("t")
+            case "parameter":
+                return self.tree.parameters[symbol.name]
+            case "input":
+                return self._input("u", self.input_numbers[symbol.name])
+            case "state":
+                return self._input("z", self.state_numbers[symbol.name])
+            case "controller":
+                return self.controller(symbol.name)
+            case "q":
+                return self.tree.coordinates[symbol.name].q[symbol.index]
+            case "v":
+                return self.tree.coordinates[symbol.name].v[symbol.index]
+            case "a":
+                return self.tree.coordinates[symbol.name].a[symbol.index]
+            case "position":
+                return self.kinematics.position(*self.at(self.points[symbol.name]))[symbol.index]
+            case "velocity":
+                return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
+            case "acceleration":
+                return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
+            case "length":
+                return self.stretch(self.springs[symbol.name])[0]
+            case "rate":
+                return self.stretch(self.springs[symbol.name])[1]
+            case "tension":
+                return self.tension(self.springs[symbol.name])
+            case "load":
+                return tyre_contact(self, self.tyres[symbol.name]).load
+            case "deflection":
+                return tyre_contact(self, self.tyres[symbol.name]).deflection
+            case _:
+                return self.energies[symbol.name]
+
+    def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
+        """Return what an effort of 1 on a joint's component adds to the generalized force, by velocity component."""
+        coordinates = self.tree.coordinates[joint]
+        return {coordinates.dofs[index]: coordinates.ratio}
+
+    def controller(self, name: str) -> Scalar:
+        """Return what a controller gives, recorded once."""
+        if name not in self._outputs_of_controllers:
+            with self.algebra.tape.block(f"controller {name}"):
+                self._outputs_of_controllers[name] = self.formula(self.controllers[name].output)
+        return self._outputs_of_controllers[name]
+
+    def formula(self, formula: Formula) -> Scalar:
+        return record(self.algebra, formula, self)
+
+    def vector(self, formulas: Vector | tuple[Formula, Formula, Formula]) -> Vector:
+        return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
+
+    def mount(self, frame: Frame) -> Mount:
+        """Return the mount of the body of a frame as the material around the frame's origin sees it."""
+        return self.tree.mount_at(frame.body, self.vector(frame.position))
+
+    def at(self, point: Point) -> tuple[str, Vector]:
+        return point.body, self.vector(point.position)
+
+    def stretch(self, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
+        """Return length, rate of length, and unit vector from first to second point in base axes."""
+        first, second = self.at(self.points[spring.first]), self.at(self.points[spring.second])
+        span = minus(self.kinematics.position_in_base(*second), self.kinematics.position_in_base(*first))
+        speed = minus(self.kinematics.velocity_in_base(*second), self.kinematics.velocity_in_base(*first))
+        length = self.algebra.call(Op.SQRT, dot(span, span))
+        if length.is_zero:
+            what = f"the points {spring.first} and {spring.second} coincide whatever the coordinates, so it has no direction"
+            raise ModelError(Problem(f"spring {spring.name}", what, "points that can move apart, or a torsion spring"))
+        direction = scaled(self.algebra.one / length, span)
+        return length, dot(direction, speed), direction
+
+    def tension(self, spring: Spring) -> Scalar:
+        length, rate, _ = self.stretch(spring)
+        elastic = self.formula(spring.stiffness) * (length - self.formula(spring.length))
+        return elastic + self.formula(spring.damping) * rate + self.formula(spring.force)

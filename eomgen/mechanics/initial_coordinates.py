@@ -1,0 +1,97 @@
+"""Initial state: that of the joints, and in absolute coordinates the bodies put where it has them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.mechanics.constraints.counted_angles import counted_angles
+from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.tree.base import base_law
+from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.evaluate import evaluate
+
+
+def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return q and v of the initial state of joints and beams."""
+    starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in derivation.scene.joints}
+    starts |= {body.name: _deflected(body.beam) for body in derivation.scene.bodies if body.beam is not None}
+    ordered = [starts[factor.name] for factor in derivation.tree.factors]
+    return tuple(value for q, _ in ordered for value in q), tuple(value for _, v in ordered for value in v)
+
+
+def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the initial elastic coordinates of a beam and their velocities."""
+    q: list[float] = []
+    v: list[float] = []
+    for item in beam.deformations:
+        q += item.initial_position or (0.0,) * item.modes
+        v += item.initial_velocity or (0.0,) * item.modes
+    return tuple(q), tuple(v)
+
+
+def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0.
+
+    Behind the poses in q are the joints' angles that are counted over turns.
+    """
+    poses, twists, angles = _bodies_at_start(derivation.scene)
+    names = [body.name for body in derivation.scene.bodies]
+    nq = sum(factor.q_size for factor in derivation.tree.factors)
+    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv)
+    for link, factor in zip(derivation.tree.links, derivation.tree.factors, strict=True):
+        mount = derivation.tree.mounts[link.name]
+        pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
+        offset = -np.array(evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene)))
+        R = _matrix(pose[:4])
+        velocity = twist[3:] + np.cross(twist[:3], offset)
+        place, speed = slice(factor.q_start, None), slice(factor.v_start, None)
+        match factor.group:
+            case "SE3":
+                q[place][:7] = np.concatenate([pose[:4], pose[4:] + R @ offset])
+                v[speed][:6] = np.concatenate([twist[:3], velocity])
+            case "SO3":
+                q[place][:4], v[speed][:3] = pose[:4], twist[:3]
+            case _:
+                q[place][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
+    return tuple(map(float, q)), tuple(map(float, v))
+
+
+def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
+    return {"p": np.array([parameter.value for parameter in scene.parameters if parameter.tunable])}
+
+
+def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    bare = replace(scene, constraints=(), states=(), controllers=(), forces=(), efforts=(), springs=(), torsion_springs=())
+    tree = Derivation(replace(bare, coordinates="joint"))
+    initial_q, initial_v = joint_start(tree)
+    inputs = _defaults(scene) | {
+        "t": np.zeros(1),
+        "q": np.array(initial_q),
+        "v": np.array(initial_v),
+    }
+    if scene.base is not None:
+        law = base_law(tree.algebra, scene.base, tree.tree.parameters)
+        inputs["base"] = np.array(evaluate(tree.tape, [value.ref for value in law], inputs))
+    (pose,), (twist,) = tree.poses(), tree.twists()
+    angles = [tree.quantities(Symbol("q", *angle)).ref for angle in counted_angles(scene)]
+    return (
+        np.array(evaluate(tree.tape, pose.refs, inputs)).reshape(-1, 7),
+        np.array(evaluate(tree.tape, twist.refs, inputs)).reshape(-1, 6),
+        np.array(evaluate(tree.tape, angles, inputs), dtype=float).reshape(-1),
+    )
+
+
+def _matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

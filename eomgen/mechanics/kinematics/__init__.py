@@ -1,0 +1,1 @@
+"""Motion of bodies and points: velocity and acceleration fields, positions, directions, Jacobians."""

@@ -1,0 +1,48 @@
+"""Directions of a tree's configuration: what its quantities change by along each velocity component, and along the motion.
+
+Left-trivialised. Rotation matrices of ball and free joints own their change, dR = R w~, besides the quaternions they are made of:
+what depends on an orientation depends on its matrix, and derivatives through the matrix are a third of the size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eomgen.mechanics.tree.joints import GROUPS
+from eomgen.mechanics.tree.links import Tree
+from eomgen.symbolic.calculus.configuration import Tangent, configuration_seeds
+from eomgen.symbolic.scalar import multiply, skew
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+
+Seeds = dict[Ref | InputSymbol, Tangent]
+
+
+def configuration_directions(tree: Tree) -> Seeds:
+    """Return the seeds of all coordinates and joint rotations; directions are numbered as the components of v."""
+    tape = tree.algebra.tape
+    seeds: Seeds = dict(configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in tree.factors]))
+    for link in tree.links:
+        if link.kind not in GROUPS:
+            continue
+        start = link.dofs[0]
+        R = link.rotation.factors[-1].matrix
+        by_axis = [multiply(R, skew(axis)) for axis in tree.algebra.identity]
+        for i in range(3):
+            for j in range(3):
+                if tape.value(R[i][j].ref) is None:
+                    changes = {start + k: by_axis[k][i][j].ref for k in range(3)}
+                    seeds[R[i][j].ref] = {direction: ref for direction, ref in changes.items() if abs(ref) != ZERO}
+        for k, position in enumerate(link.coordinates.q[4:]):
+            seeds[position.ref] = {start + 3 + j: R[k][j].ref for j in range(3)}
+    return seeds
+
+
+def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivative of time and configuration along v, for directional derivatives with v held constant."""
+    rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
+    for key, tangent in seeds.items():
+        total = ZERO
+        for direction, ref in tangent.items():
+            total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
+        rates[key] = total
+    return rates

@@ -1,0 +1,145 @@
+"""Outward recursion: acceleration fields of all links, in link axes.
+
+A link's points accelerate with a + U s. On a moving base the field splits exactly into what joints cause with the
+base at rest and what the base causes (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
+as a difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from eomgen.mechanics.tree.links import ROOT, Link, Tree
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, multiply, plus, scaled, skew
+
+
+@dataclass(frozen=True)
+class Field:
+    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``."""
+
+    origin: Vector
+    alpha: Vector
+    bend: Matrix
+
+    @property
+    def gradient(self) -> Matrix:
+        return matrix_plus(self.bend, skew(self.alpha))
+
+    def at(self, p: Vector) -> Vector:
+        return plus(self.origin, apply(self.gradient, p))
+
+
+@dataclass(frozen=True)
+class LinkField(Field):
+    """The field of a link's frame, and what it makes of motion against the frame, which elastic links have.
+
+    Attributes
+    ----------
+    spin : what the frame turns with: the Coriolis acceleration of motion against it is 2 spin x s'
+    relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
+    """
+
+    spin: Vector
+    relative: Mapping[str, bool]
+
+
+#: Of a base's motion, what moves against a frame feels the Coriolis part only.
+_CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """Motion of the base in base axes: angular velocity and acceleration, acceleration of the origin, and gravity there."""
+
+    omega: Vector
+    alpha: Vector
+    acceleration: Vector
+    gravity: Vector
+
+
+def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Vector, Vector]:
+    """Return angular and linear part of (motion subspace) x (values), in the child's frame."""
+    angular, linear = algebra.zero_vector, algebra.zero_vector
+    for column, value in zip(link.columns, values, strict=True):
+        angular, linear = plus(angular, scaled(value, column.angular)), plus(linear, scaled(value, column.linear))
+    return angular, linear
+
+
+def centripetal(omega: Vector) -> Matrix:
+    """Return omega~ omega~, symmetric by structure."""
+    x, y, z = omega
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    return ((-(yy + zz), xy, xz), (xy, -(xx + zz), yz), (xz, yz, -(xx + yy)))
+
+
+def _bias(link: Link, turn: Vector, slide: Vector) -> tuple[Vector, Vector]:
+    """Return what rates alone add to angular acceleration and to the origin's acceleration, as the parent sees it."""
+    if link.station is not None:
+        return link.station.bias
+    return link.coordinates.algebra.zero_vector, cross(turn, slide)
+
+
+def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
+    """Return the angular velocity of each link, in link axes, if the base turns with ``omega_base``."""
+    algebra, omegas = tree.algebra, list[Vector]()
+    for link in tree.links:
+        above = omega_base if link.parent == ROOT else omegas[link.parent]
+        omegas.append(plus(link.rotation.rotate_back(above), relative(algebra, link, link.velocities)[0]))
+    return omegas
+
+
+def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True) -> list[LinkField]:
+    """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity together."""
+    algebra = tree.algebra
+    start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
+    root = Field(start, base.alpha, centripetal(base.omega))
+    relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
+    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
+    for link in tree.links:
+        with algebra.tape.block(f"acceleration of link {link.name}"):
+            up = link.parent
+            omega_up, alpha_up, field_up = (
+                (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
+            )
+            rates = link.velocities if velocities else (algebra.zero,) * len(link.columns)
+            turn, slide = relative(algebra, link, rates)
+            carried = link.rotation.rotate_back(omega_up)
+            omegas.append(plus(carried, turn))
+            alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
+            origin = link.rotation.rotate_back(field_up.at(link.position))
+            bias_turn, bias_slide = _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
+            alpha = plus(alpha, bias_turn)
+            origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), bias_slide))
+            if accelerations:
+                turn_rate, slide_rate = relative(algebra, link, link.accelerations)
+                alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
+            alphas.append(alpha)
+            fields.append(LinkField(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
+    return fields
+
+
+def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
+    """Return the part of all links' acceleration fields that vanishes when the base rests, gravity excluded.
+
+    The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); its gradient in a link is
+    alpha~ + omega~ (omega~ + 2 omega_relative~), all in link axes.
+    """
+    algebra = tree.algebra
+    relative_omegas = angular_velocities(tree, algebra.zero_vector)
+    omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
+    root = Field(base.acceleration, base.alpha, centripetal(base.omega))
+    for index, link in enumerate(tree.links):
+        with algebra.tape.block(f"base motion felt by link {link.name}"):
+            up = link.parent
+            omega_up, alpha_up, field_up = (
+                (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
+            )
+            _, slide = relative(algebra, link, link.velocities)
+            omega, alpha = link.rotation.rotate_back(omega_up), link.rotation.rotate_back(alpha_up)
+            origin = plus(link.rotation.rotate_back(field_up.at(link.position)), scaled(2.0, cross(omega, slide)))
+            spin = plus(omega, scaled(2.0, relative_omegas[index]))
+            omegas.append(omega)
+            alphas.append(alpha)
+            fields.append(LinkField(origin, alpha, multiply(skew(omega), skew(spin)), omega, _CARRIED))
+    return fields

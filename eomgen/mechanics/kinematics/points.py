@@ -1,0 +1,136 @@
+"""Positions, velocities and accelerations of points and bodies, recorded only for those that are asked for."""
+
+from __future__ import annotations
+
+from eomgen.mechanics.kinematics.fields import Field, LinkField, centripetal, relative, total_fields
+from eomgen.mechanics.tree.base import BaseState
+from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Mount, Tree
+from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
+
+
+class LinkKinematics:
+    """Poses and twists of links against one of them, each recorded at its first use.
+
+    Parameters
+    ----------
+    poses, twists : by link, of those that are known: of the one that all are seen from, at least
+    """
+
+    def __init__(
+        self, tree: Tree, poses: dict[int, tuple[Matrix, Vector]], twists: dict[int, tuple[Vector, Vector]]
+    ) -> None:  # fmt: skip
+        self.tree = tree
+        self.algebra = tree.algebra
+        self._poses, self._twists = poses, twists
+
+    def _path(self, link: int, known: dict[int, object]) -> list[int]:
+        path = []
+        while link not in known:
+            path.append(link)
+            link = self.tree.links[link].parent
+        return path[::-1]
+
+    def pose(self, link: int) -> tuple[Matrix, Vector]:
+        """Return orientation and origin of a link in the axes of the one that it is seen from."""
+        for index in self._path(link, self._poses):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            R, p = self._poses[item.parent]
+            with self.algebra.tape.block(f"pose of link {item.name}"):
+                self._poses[index] = (multiply(R, item.rotation.matrix(self.algebra)), plus(p, apply(R, item.position)))
+        return self._poses[link]
+
+    def twist(self, link: int) -> tuple[Vector, Vector]:
+        """Return angular velocity and velocity of the origin of a link against the one that it is seen from, in link axes."""
+        for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
+            item = self.tree.links[index]
+            omega, velocity = self._twists[item.parent]
+            with self.algebra.tape.block(f"twist of link {item.name}"):
+                turn, slide = relative(self.algebra, item, item.velocities)
+                carried = item.rotation.rotate_back(plus(velocity, cross(omega, item.position)))
+                self._twists[index] = (plus(item.rotation.rotate_back(omega), turn), plus(carried, slide))
+        return self._twists[link]
+
+
+class Kinematics(LinkKinematics):
+    """Kinematics of one tree on one base; every quantity is recorded at its first use.
+
+    Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes. In absolute
+    coordinates the world takes the base's place (``base`` is at rest) and ``carrier`` is the prescribed base.
+    """
+
+    def __init__(self, tree: Tree, base: BaseState, carrier: BaseState | None = None) -> None:
+        zero = tree.algebra.zero_vector
+        super().__init__(tree, {ROOT: (tree.algebra.identity, zero)}, {ROOT: (zero, zero)})
+        self.base = base
+        self.carrier = carrier if carrier is not None else base
+        if carrier is not None:
+            self._poses[CARRIER] = (carrier.orientation, carrier.position)
+            self._twists[CARRIER] = (carrier.omega, carrier.velocity)
+        self._poses[WORLD], self._twists[WORLD] = self._world()
+        self._fields: list[LinkField] | None = None
+
+    def _world(self) -> tuple[tuple[Matrix, Vector], tuple[Vector, Vector]]:
+        """Return pose and twist of the world as the base sees them, the twist in world axes."""
+        R, x = self.base.orientation, self.base.position
+        turning = apply(R, self.base.omega)
+        passing = minus(cross(turning, x), apply(R, self.base.velocity))
+        back = transpose(R)
+        return (back, negative(apply(back, x))), (negative(turning), passing)
+
+    def local(self, body: str, r: Vector) -> tuple[int, Vector]:
+        """Return link and coordinates in the link's frame of a point of a body."""
+        mount: Mount = self.tree.mount_at(body, r)
+        return mount.link, plus(mount.position, apply(mount.orientation, r))
+
+    def position_in_base(self, body: str, r: Vector) -> Vector:
+        link, s = self.local(body, r)
+        R, p = self.pose(link)
+        return plus(p, apply(R, s))
+
+    def velocity_in_base(self, body: str, r: Vector) -> Vector:
+        """Return the velocity of a point relative to the base, in base axes."""
+        link, s = self.local(body, r)
+        omega, velocity = self.twist(link)
+        return apply(self.pose(link)[0], plus(velocity, cross(omega, s)))
+
+    def position(self, body: str, r: Vector) -> Vector:
+        """Return the position of a point in world axes."""
+        return plus(self.base.position, apply(self.base.orientation, self.position_in_base(body, r)))
+
+    def origin(self, body: str) -> Vector:
+        """Return the origin of a body's frame in world axes; of a beam this is no point of its axis, which bends."""
+        mount = self.tree.mounts[body]
+        R, p = self.pose(mount.link)
+        return plus(self.base.position, apply(self.base.orientation, plus(p, apply(R, mount.position))))
+
+    def velocity(self, body: str, r: Vector) -> Vector:
+        """Return the inertial velocity of a point in world axes."""
+        carried = plus(self.base.velocity, cross(self.base.omega, self.position_in_base(body, r)))
+        return apply(self.base.orientation, plus(carried, self.velocity_in_base(body, r)))
+
+    def acceleration(self, body: str, r: Vector) -> Vector:
+        """Return the inertial acceleration of a point in world axes (it depends on the input block ``a``)."""
+        link, s = self.local(body, r)
+        if link == WORLD:
+            return self.algebra.zero_vector
+        if link < 0:
+            return apply(self.carrier.orientation, self.field(link).at(s))
+        in_base = apply(self.pose(link)[0], self.field(link).at(s))
+        return apply(self.base.orientation, in_base)
+
+    def field(self, link: int) -> Field:
+        """Return the inertial acceleration field of a link in its axes, of the carrying base for a negative number."""
+        if link < 0:
+            motion = self.carrier.motion()
+            return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
+        if self._fields is None:
+            self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
+        return self._fields[link]
+
+    def inertial_twist(self, link: int) -> tuple[Vector, Vector]:
+        """Return inertial angular velocity and velocity of the origin of a link, in link axes."""
+        omega, velocity = self.twist(link)
+        R, p = self.pose(link)
+        back = transpose(R)
+        base_velocity = plus(self.base.velocity, cross(self.base.omega, p))
+        return plus(omega, apply(back, self.base.omega)), plus(velocity, apply(back, base_velocity))

@@ -1,0 +1,196 @@
+"""Laws of motion that jump: drives and the base have to be followed, and no force follows a jump of a position or of its rate.
+
+A law is evaluated with its rate (complex step) on a grid of times, and on both sides of the corners that its formula tells. Where
+it is not straight between two times the interval is halved, again and again: over a smooth law what it bends by falls to a
+quarter, over a jump it stays. A narrow pulse between two times of the grid is found where its corners are comparisons of t, or
+points of curves. Angles count up to whole turns, as they do in the equations.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import DescriptionError, Problem
+from eomgen.mechanics.expressions.formulas import record
+from eomgen.scene.formula.discontinuities import corners
+from eomgen.scene.formula.evaluate import symbols
+from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.scene.prescribed_motion import Law, laws_of, smooth
+from eomgen.scene.reading.report import Report
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Tape
+
+Array = NDArray[np.float64]
+
+#: Times of the grid.
+_GRID = 1025
+#: Jumps that count, as a part of the range of a law, or of its largest rate: constants are typed with a few digits.
+_TOLERANCE = 1e-5
+#: Larger changes of an angle are no turns left out, but infinities that are passed.
+_FARTHEST = 1e4
+#: Times looked at on each side of periodic corners.
+_PERIODS = 64
+_HALVINGS = 80
+#: Intervals that are looked at more closely: those that bend most.
+_INTERVALS = 64
+_STEP = 1e-30  # of the complex step
+_EPSILON = float(np.finfo(float).eps)
+
+
+class Jump(NamedTuple):
+    """Where a law (order 0) or its rate (order 1) jumps, and its values there."""
+
+    time: float
+    order: int
+    before: float
+    after: float
+
+
+def check_laws(scene: Scene) -> None:
+    """Raise DescriptionError where a law of a scene jumps, at the default parameters and over the scene's own duration."""
+    values = {item.name: item.value for item in scene.parameters}
+    problems = jumps(scene, values, 0.0, scene.simulation.duration)
+    if problems:
+        raise DescriptionError(problems)
+
+
+def jumps(scene: Scene, values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+    """Return a problem for each law of a scene that jumps.
+
+    Parameters
+    ----------
+    values : mapping
+        All parameters.
+    start, end : float
+        Times to look at, s.
+    """
+    problems, places = [], Report(scene.name, scene.source)
+    for law in laws_of(scene):
+        if smooth(law.formula):
+            continue
+        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
+        jump = first_jump(law.formula, tuple((name, values[name]) for name in names), start, end, law.unit == "rad")
+        if jump is not None:
+            problems.append(Problem(places.where(law.key), *_described(law, jump)))
+    return problems
+
+
+@functools.lru_cache(maxsize=256)
+def first_jump(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool) -> Jump | None:
+    """Return the first jump of a law from start to end, of the law itself before one of its rate; None where there is none.
+
+    Parameters
+    ----------
+    values : tuple of (name, value)
+        Of the parameters in the formula.
+    angle : bool
+        Whether whole turns make no difference to the law.
+    """
+    known = dict(values)
+    law = _evaluated(formula, known)
+    beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
+    for corner in corners(formula, lambda symbol: known.get(symbol.name)):
+        first = np.ceil((start - corner.time) / corner.period) if corner.period else 0.0
+        places = corner.time + corner.period * (first + np.arange(_PERIODS if corner.period else 1))
+        margin = 64.0 * _EPSILON * np.maximum(np.abs(places), corner.blur)
+        beside += [places - margin, places, places + margin]
+    known_times = np.unique(np.concatenate(beside))
+    known_times = known_times[(known_times >= start) & (known_times <= end)]
+    for order in (0, 1):
+        found = _lasting_change(law, known_times, order, turns=angle and order == 0)
+        if found is not None:
+            sides = np.clip(np.array([found - 1e-12 * (end - start), found + 1e-12 * (end - start)]), start, end)
+            before, after = law(sides)[order]
+            return Jump(found, order, float(before), float(after))
+    return None
+
+
+def _lasting_change(
+    law: Callable[[Array], tuple[Array, Array]], times: Array, order: int, *, turns: bool
+) -> float | None:
+    """Return the first time at which a law changes much however closely it is looked at; None where there is none.
+
+    Parameters
+    ----------
+    law : callable
+        From times (n,) to values and rates, (n,) each.
+    times : (n,)
+        Where to look between.
+    order : int
+        0 for the law, 1 for its rate.
+    turns : bool
+        Whether changes count up to whole turns.
+    """
+    values = law(times)[order]
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return None
+    scale = np.ptp(finite) if order == 0 else np.max(np.abs(finite))
+    narrowest = 8.0 * _EPSILON * max(abs(times[0]), abs(times[-1]))
+    least = max(_TOLERANCE * scale, 1e-12 * np.max(np.abs(finite)), 64.0 * _rounding(law, times[0], times[-1], order))
+    low, high, at_low, at_high = times[:-1], times[1:], values[:-1], values[1:]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        between = law(middle)[order]
+        with np.errstate(invalid="ignore"):
+            bend = np.abs(between - 0.5 * (at_low + at_high))
+            bent = np.flatnonzero(bend > 0.25 * least)
+        if len(bent) > _INTERVALS:  # beside an infinity
+            bent = np.sort(bent[np.argsort(bend[bent])[-_INTERVALS:]])
+        low, middle, high = low[bent], middle[bent], high[bent]
+        at_low, between, at_high = at_low[bent], between[bent], at_high[bent]
+        if not len(low) or np.all(high - low <= narrowest):
+            break
+        low, high = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()
+        at_low, at_high = np.stack([at_low, between], 1).ravel(), np.stack([between, at_high], 1).ravel()
+    size = np.abs(at_high - at_low)
+    if turns:
+        size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
+    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # what is left beside infinities is noise
+    return float(lasting[0]) if len(lasting) else None
+
+
+def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
+    """Return what rounding changes a law by: its summands may be much larger than itself, as at a start from rest."""
+    times = np.linspace(start, end, 259)[1:-1]
+    aside = 1e-5 * (end - start)
+    before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
+    with np.errstate(invalid="ignore"):
+        noise = np.abs(before - 2.0 * here + after)
+    noise = noise[np.isfinite(noise)]
+    return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
+
+
+def _evaluated(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
+    """Return a function that gives a law and its rate at times."""
+    tape = Tape()
+    algebra = Algebra(tape)
+    time = Scalar(tape, tape.input("t", 0))
+
+    def resolved(symbol: Symbol) -> Scalar:
+        return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
+
+    law = record(algebra, formula, resolved)
+
+    def values(t: Array) -> tuple[Array, Array]:
+        with np.errstate(all="ignore"):
+            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * _STEP})[:, 0]
+        return result.real, result.imag / _STEP
+
+    return values
+
+
+def _described(law: Law, jump: Jump) -> tuple[str, str]:
+    """Return what a jump means, and what to try."""
+    unit = law.unit if jump.order == 0 else f"{law.unit}/s"
+    of = f"the {law.what}" if jump.order == 0 else f"the rate of the {law.what}"
+    what = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
+    what += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
+    return what, 'a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort instead'

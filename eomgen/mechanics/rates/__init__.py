@@ -1,0 +1,1 @@
+"""Time derivatives of generalized forces and accelerations: recursion, jets, closed form."""

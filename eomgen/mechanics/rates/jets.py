@@ -1,0 +1,127 @@
+"""How everything moves along a motion: jets in time of q, v, a, z, u, t and the base, from the inputs that hold derivatives.
+
+The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u. Internal
+states follow their own law zdot = f, whose jets give all further ones (Griewank and Walther 2008, section 13.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.mechanics.forces.internal_states import InternalStates
+from eomgen.mechanics.tree.base import BaseState
+from eomgen.mechanics.tree.links import Tree
+from eomgen.symbolic.calculus.configuration import configuration_jets, pose_jet
+from eomgen.symbolic.calculus.jets import Jet, JetAlgebra, jets, taylor_coefficients, time_derivatives
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.system.system import RATE_BLOCKS, base_place
+
+Seeds = dict[Ref | InputSymbol, Jet]
+
+
+def derivative_inputs(tape: Tape, block: str, index: int, size: int, order: int) -> list[Ref]:
+    """Return one component of a or u and its time derivatives up to an order, as inputs."""
+    first, second, higher = RATE_BLOCKS[block]
+    names = [(block, index), (first, index), (second, index)]
+    names += [(higher, row * size + index) for row in range(order - 2)]
+    return [tape.input(name, place) for name, place in names[: order + 1]]
+
+
+def accelerations(tape: Tape, nv: int, order: int) -> list[list[Ref]]:
+    """Return for each velocity component a and its time derivatives up to an order."""
+    return [derivative_inputs(tape, "a", k, nv, order) for k in range(nv)]
+
+
+def base_twist(tape: Tape, order: int) -> list[list[Ref]]:
+    """Return for each component of the base's twist its time derivatives up to an order; from the second on in ``base_rates``."""
+    starts = [base_place("omega"), base_place("velocity")]
+    rates = [base_place("omega_dot"), base_place("velocity_dot")]
+    components: list[list[Ref]] = []
+    for part in range(2):
+        for k in range(3):
+            path = [tape.input("base", starts[part] + k), tape.input("base", rates[part] + k)]
+            path += [tape.input("base_rates", 6 * row + 3 * part + k) for row in range(order - 1)]
+            components.append(path[: order + 1])
+    return components
+
+
+class MotionJets:
+    """Jets of all inputs of one scene along its motion."""
+
+    def __init__(self, tree: Tree, base: BaseState, inputs: int, internal: InternalStates) -> None:
+        self.tree = tree
+        self.tape = tree.algebra.tape
+        self.base = base
+        self.inputs = inputs
+        self.internal = internal
+
+    def of(
+        self, quantities: Sequence[Ref], order: int, along: Sequence[Sequence[Ref]] | None = None
+    ) -> list[list[Ref]]:
+        """Return the time derivatives, from 0 up to an order, of quantities of the scene.
+
+        ``along`` are a and its derivatives where they are not inputs.
+        """
+        found = jets(self.tape, quantities, self.seeds(order, along), order)
+        return [time_derivatives(self.tape, jet) for jet in found]
+
+    def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
+        """Return the time derivatives of vdot, given as a function of the state, along the motion that it causes."""
+        along: list[list[Ref]] = [[] for _ in accelerations_]
+        for k in range(order + 1):
+            for path, found in zip(along, self.of(accelerations_, k, [[*path, ZERO] for path in along]), strict=True):
+                path.append(found[k])
+        return along
+
+    def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
+        """Return the jets of all inputs up to an order, for motions given by a and its derivatives."""
+        paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
+        given = [taylor_coefficients(self.tape, path) for path in paths]
+        velocities = [self._velocity(k, given[k]) for k in range(self.tree.nv)]
+        seeds = self._without_states(velocities, order)
+        seeds |= {InputSymbol("a", k): jet for k, jet in enumerate(given)}
+        return seeds | self._states(seeds, order)
+
+    def _velocity(self, index: int, acceleration: Jet) -> list[Ref]:
+        return JetAlgebra(self.tape).integrate(self.tape.input("v", index), acceleration)
+
+    def _without_states(self, velocities: Sequence[Jet], order: int) -> Seeds:
+        """Return the jets of t, q, v, u and the base; ``velocities`` are the jets of v."""
+        tape = self.tape
+        factors = [(f.group, f.q_start, f.q_size, f.v_start) for f in self.tree.factors]
+        seeds: Seeds = {InputSymbol("t", 0): [tape.input("t"), ONE]}
+        seeds |= configuration_jets(tape, factors, velocities, order)
+        seeds |= {InputSymbol("v", k): jet for k, jet in enumerate(velocities)}
+        for k in range(self.inputs):
+            seeds[InputSymbol("u", k)] = taylor_coefficients(tape, derivative_inputs(tape, "u", k, self.inputs, order))
+        if self.base.moving:
+            seeds |= base_jets(tape, self.base, order)
+        return seeds
+
+    def _states(self, seeds: Mapping[Ref | InputSymbol, Jet], order: int) -> Seeds:
+        """Return the jets of the internal states: each coefficient from the one before, by their own law."""
+        symbols = [InputSymbol("z", k) for k in range(self.internal.count)]
+        paths: list[list[Ref]] = [[self.tape.input("z", k)] for k in range(len(symbols))]
+        for k in range(order if symbols else 0):
+            known: dict[Ref | InputSymbol, Jet] = dict(seeds)
+            known |= dict(zip(symbols, paths, strict=True))
+            rates = jets(self.tape, [value.ref for value in self.internal.rates()], known, k)
+            for path, rate in zip(paths, rates, strict=True):
+                path.append(self.tape.mul(self.tape.constant(1.0 / (k + 1)), rate[k]))
+        return dict(zip(symbols, paths, strict=True))
+
+
+def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
+    """Return the jets of all components of the base struct, from its twist's derivatives."""
+    twist = base_twist(tape, order + 1)
+    jets_of_twist = [taylor_coefficients(tape, path) for path in twist]
+    pose = [tape.input("base", k) for k in range(7)]
+    algebra = JetAlgebra(tape)
+    if base.turning:
+        paths = pose_jet(tape, pose, jets_of_twist, order)
+    else:
+        paths = [[ref] for ref in pose[:4]]
+        paths += [algebra.integrate(ref, jet[:order]) for ref, jet in zip(pose[4:], jets_of_twist[3:], strict=True)]
+    paths += [jet[: order + 1] for jet in jets_of_twist]
+    paths += [algebra.rate(jet) for jet in jets_of_twist]
+    return {InputSymbol("base", k): path for k, path in enumerate(paths)}

@@ -1,0 +1,157 @@
+"""Finite elements of a beam, reduced to the modes of the mesh or taken with their nodal displacements as coordinates.
+
+Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and torsion have
+three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones with the fourth power of
+the element's length (G. Strang and G. J. Fix, An Analysis of the Finite Element Method, 1973, section 6.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from eomgen.mechanics.shape_functions.banded import Banded, modes
+from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
+from eomgen.mechanics.shape_functions.polynomials import Coefficients, differentiated, integrated, product, shifted
+from eomgen.scene.bodies.beam import Beam, Deformation, Ends
+
+_CUBIC = ((1, 0, -3, 2), (0, 1, -2, 1), (0, 0, 3, -2), (0, 0, -1, 1))
+_QUADRATIC = ((1, -3, 2), (0, 4, -4), (0, -1, 2))
+#: Nodal coordinates held at the ends; negative ones are counted from the last.
+_HELD_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
+_HELD: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Piecewise polynomials on a uniform mesh of s = 0 .. 1.
+
+    Attributes
+    ----------
+    count : number of elements
+    local : functions of an element on 0 .. 1, in the order of its nodal coordinates
+    stride : nodal coordinates from one element to the next
+    nodal : (n_nodal, n) nodal coordinates of each shape function
+    """
+
+    count: int
+    local: tuple[Coefficients, ...]
+    stride: int
+    nodal: Fixed
+
+    @property
+    def size(self) -> int:
+        """Number of functions."""
+        return int(self.nodal.shape[1])
+
+    @property
+    def breaks(self) -> tuple[Fraction, ...]:
+        """Ends of elements, where derivatives jump."""
+        return tuple(Fraction(number, self.count) for number in range(1, self.count))
+
+    @property
+    def wave_number(self) -> float:
+        """No panel needs to be shorter than an element."""
+        return 1.0
+
+    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+        """Return (n, m) values, first and second derivatives by s; of the element that begins where two meet."""
+        element = np.minimum((s * self.count) >> BITS, self.count - 1)
+        within = s * self.count - (element << BITS)
+        first = element.astype(int) * self.stride
+        result = []
+        for order in range(3):
+            total = np.zeros((self.size, len(s)), dtype=object)
+            for number, function in enumerate(self.local):
+                values = polynomial(differentiated(function, order), within) * self.count**order
+                total = total + times(self.nodal[first + number].T, values)
+            result.append(total)
+        f, slope, curvature = result
+        return f, slope, curvature
+
+
+def elements(deformation: Deformation, beam: Beam) -> Elements:
+    """Return the shape functions of a mesh: its lowest modes, ``int f^2 = 1`` over s, or its nodal displacements."""
+    bending = deformation.kind.startswith("bending")
+    whole = _mesh(deformation.elements, Fraction(beam.length), bending)
+    size = whole.size
+    held = {place % size for place in (_HELD_BENDING if bending else _HELD)[deformation.ends]}
+    free = [place for place in range(size) if place not in held]
+    mesh = replace(whole, nodal=whole.nodal[:, free])
+    if deformation.nodal:
+        return mesh
+    with mpmath.workprec(WORKING):
+        K = _assembled(whole, beam, deformation.kind, 2 if bending else 1)
+        M = _assembled(whole, beam, "polar" if deformation.kind == "torsion" else "mass", 0)
+        for x, mass, inertia in deformation.masses:
+            place = array([(Fraction(x) - Fraction(beam.start)) / Fraction(beam.length)])
+            value, slope, _ = (_numbers(part[:, 0]) for part in whole.values(place))
+            _add(M, value, inertia if deformation.kind == "torsion" else mass)
+            if bending:
+                _add(M, slope, mpmath.mpf(inertia) / mpmath.mpf(beam.length) ** 2)
+        rigid = (2 if bending else 1) if deformation.ends == "free_free" else 0
+        found = modes(K.restricted(free), M.restricted(free), rigid, deformation.modes)
+        squares = _assembled(whole, Beam(0.0, 1.0, beam.mass_per_length, ()), "mass", 0).restricted(free)
+        lengths = [mpmath.sqrt(squares.product(mode, mode)) for mode in found]
+        reduced = np.zeros((size, len(found)), dtype=object)
+        for number, (mode, length) in enumerate(zip(found, lengths, strict=True)):
+            reduced[free, number] = array(entry / length for entry in mode)
+        order = {"clamped_free": 2 if bending else 1, "free_free": 0, "pinned_pinned": 1}[deformation.ends]
+        at_start = replace(mesh, nodal=reduced).values(np.array([0], dtype=object))[order][:, 0]
+        return replace(mesh, nodal=np.where(at_start < 0, -reduced, reduced))
+
+
+def _mesh(count: int, length: Fraction, bending: bool) -> Elements:
+    """Return a mesh with all its nodal coordinates as shape functions; slopes are those by x."""
+    if bending:
+        scales = (Fraction(1), length / count) * 2
+        local = tuple(tuple(scale * entry for entry in row) for scale, row in zip(scales, _CUBIC, strict=True))
+        return Elements(count, local, 2, _identity(2 * count + 2))
+    local = tuple(tuple(map(Fraction, row)) for row in _QUADRATIC)
+    return Elements(count, local, 2, _identity(2 * count + 1))
+
+
+def _identity(size: int) -> Fixed:
+    return np.asarray(np.eye(size, dtype=int).astype(object) * ONE)
+
+
+def _numbers(values: Fixed) -> list[Any]:
+    return [unfixed(value) for value in values]
+
+
+def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Banded:
+    """Return the matrix of int f^(d) f^(d) of a mesh, weighted by a profile of the beam, per unit of the property."""
+    h = Fraction(beam.length) / mesh.count
+    functions = [differentiated(function, derivative) for function in mesh.local]
+    along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
+    powers = [tuple(Fraction(int(place == power)) for place in range(power + 1)) for power in range(len(along))]
+    table = [
+        [[_number(sum(integrated(product(power, product(f, g))))) for g in functions] for f in functions] for power in powers
+    ]
+    size = len(functions)
+    matrix = Banded(len(mesh.nodal), size - 1)
+    for element in range(mesh.count):
+        weights = [_number(h * entry / h ** (2 * derivative)) for entry in shifted(along, element, mesh.count)]
+        for row in range(size):
+            for column in range(row + 1):
+                value = mpmath.fsum(weight * part[row][column] for weight, part in zip(weights, table, strict=True))
+                matrix.add(element * mesh.stride + row, element * mesh.stride + column, value)
+    return matrix
+
+
+def _number(fraction: Fraction | int) -> Any:
+    exact = Fraction(fraction)
+    return mpmath.mpf(exact.numerator) / exact.denominator
+
+
+def _add(matrix: Banded, values: list[Any], factor: Any) -> None:
+    """Add factor values values^T; values are those of one place, so they are within the band."""
+    present = [place for place, value in enumerate(values) if value]
+    for place in present:
+        for other in present:
+            if other <= place:
+                matrix.add(place, other, factor * values[place] * values[other])

@@ -1,0 +1,192 @@
+"""Shape integrals of a beam: all that its equations of motion need to know of its shape functions.
+
+Everything is a sum of whole numbers (see ``fixed_point``) that is rounded once: a fraction becomes the double nearest to it, and
+what vanishes by symmetry or orthogonality is zero.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy as np
+
+from eomgen.mechanics.shape_functions.families import Family
+from eomgen.mechanics.shape_functions.fixed_point import BITS, Fixed, array, fixed, polynomial, rounded, times
+from eomgen.mechanics.shape_functions.polynomials import Coefficients, integrated, product
+from eomgen.mechanics.shape_functions.quadrature import Grid
+from eomgen.mechanics.shape_functions.selection import shapes
+from eomgen.mechanics.shape_functions.shape_integrals import Array, ShapeIntegrals, Station
+from eomgen.scene.bodies.beam import Beam
+
+_VANISHES = 54  # bits: what is smaller against the bound of Cauchy and Schwarz is zero but for quadrature
+
+Pairs = Callable[[int, int], bool]
+
+
+def shape_integrals(beam: Beam) -> ShapeIntegrals:
+    """Return the shape integrals of a beam; ``h1`` and ``h2`` are empty where ``beam.order`` is 1, which needs none of them."""
+    return _Integrator(beam).integrals()
+
+
+class _Integrator:
+    def __init__(self, beam: Beam) -> None:
+        self.beam = beam
+        self.start, self.length = Fraction(beam.start), Fraction(beam.length)
+        self.families: list[Family] = [shapes(deformation, beam) for deformation in beam.deformations]
+        self.origin = self.place(0.0)
+        self.grid = Grid(self.families, [Fraction(0), self.origin, Fraction(1)])
+        self.kinds = tuple(item.kind for item in beam.deformations for _ in range(item.modes))
+        self.f, self.slope, self.curvature = self.values(self.grid.places)
+
+    def place(self, x: float) -> Fraction:
+        """Return s of the point of the beam that is nearest to x."""
+        return min(max((Fraction(x) - self.start) / self.length, Fraction(0)), Fraction(1))
+
+    def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
+        """Return (n, m) values of the functions of all families, and of their derivatives by s."""
+        parts = [family.values(s) for family in self.families]
+        empty = np.zeros((0, len(s)), dtype=object)
+        f, slope, curvature = (np.concatenate([empty, *(part[order] for part in parts)]) for order in range(3))
+        return f, slope, curvature
+
+    def integrals(self) -> ShapeIntegrals:
+        grid, length = self.grid, self.length
+        mass, polar, arm = self.profile("mass"), self.profile("polar"), (self.start, length)
+        x, rho, rho_p = (polynomial(entry, grid.places) for entry in (arm, mass, polar))
+        deflects = np.array([kind != "torsion" for kind in self.kinds], bool)
+        h1, h2 = self.of_second_order(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
+        return ShapeIntegrals(
+            kinds=self.kinds,
+            at=self.station,
+            mass=float(length * _over(mass)),
+            first=float(length * _over(product(mass, arm))),
+            second=float(length * _over(product(mass, product(arm, arm)))),
+            d=self.vector(rho, deflects),
+            e=self.vector(times(rho, x), deflects),
+            m=self.matrix(functools.partial(self.product, self.f, rho), lambda k, j: bool(deflects[k] and deflects[j])),
+            g0=self.shortened(mass),
+            g1=self.shortened(product(mass, arm)),
+            h1=h1,
+            h2=h2,
+            t0=self.vector(rho_p, ~deflects),
+            t2=self.matrix(functools.partial(self.product, self.f, rho_p), functools.partial(self.are, "torsion")),
+            k=self.stiffness(),
+            load=self.vector(array([1] * len(grid.places)), np.ones(len(self.kinds), bool)),
+        )
+
+    def profile(self, name: str) -> Coefficients:
+        return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
+
+    def bend_together(self, k: int, j: int) -> bool:
+        return self.kinds[k] == self.kinds[j] and self.kinds[k].startswith("bending")
+
+    @functools.cached_property
+    def squares(self) -> list[tuple[int, int]]:
+        """Integrals of the squares of each function and of its slope."""
+        return [(self.grid.integral(f, f), self.grid.integral(slope, slope)) for f, slope in zip(self.f, self.slope, strict=True)]
+
+    def vector(self, weight: Fixed, wanted: Array | np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Array:
+        """Return length times the integrals of the functions with a weight."""
+        bound = self.grid.integral(weight, weight)
+        result = np.zeros(len(self.kinds), dtype=object)
+        for k in np.flatnonzero(wanted):
+            result[k] = _unless_zero(self.grid.integral(self.f[k], weight), bound, self.squares[k][0])
+        return rounded(result, self.length)
+
+    def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
+        """Return a symmetric matrix of integrals that are positive on its diagonal, times a scale, by default the length."""
+        size = len(self.kinds)
+        result = np.zeros((size, size), dtype=object)
+        for k in range(size):
+            for j in range(k, -1, -1):
+                if pairs(k, j):
+                    result[k, j] = result[j, k] = integral(k, j)
+        for k in range(size):
+            for j in range(k):
+                result[k, j] = result[j, k] = _unless_zero(result[k, j], result[k, k], result[j, j])
+        return rounded(result, self.length if scale is None else scale)
+
+    def stiffness(self) -> Array:
+        """Return the stiffness matrix: curvatures of bending, strains of the others."""
+        result = np.zeros((len(self.kinds), len(self.kinds)))
+        for kind in dict.fromkeys(self.kinds):
+            order = 2 if kind.startswith("bending") else 1
+            strain = self.curvature if order == 2 else self.slope
+            weight = polynomial(self.profile(kind), self.grid.places)
+            result += self.matrix(
+                functools.partial(self.product, strain, weight),
+                functools.partial(self.are, kind),
+                1 / self.length ** (2 * order - 1),
+            )
+        return result
+
+    def product(self, functions: Fixed, weight: Fixed, k: int, j: int) -> int:
+        return self.grid.integral(functions[k], functions[j], weight)
+
+    def are(self, kind: str, k: int, j: int) -> bool:
+        return self.kinds[k] == self.kinds[j] == kind
+
+    def shortened(self, density: Coefficients) -> Array:
+        """Return integrals of the shortening with a density: what is farther out than a place is drawn in by the slope there."""
+        total = integrated(density)
+        beyond = polynomial(total, self.grid.places)
+        outer = (self.grid.places > fixed(self.origin)).astype(int).astype(object)
+        beyond = outer * fixed(_over(density)) - beyond
+        bound = self.grid.integral(beyond, beyond)
+        result = np.zeros((len(self.kinds), len(self.kinds)), dtype=object)
+        for k in range(len(self.kinds)):
+            for j in range(k + 1):
+                if self.bend_together(k, j):
+                    value = self.grid.integral(self.slope[k], self.slope[j], beyond)
+                    steep = math.isqrt(self.squares[k][1] * self.squares[j][1])
+                    result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
+        return rounded(result)
+
+    def of_second_order(self, rho: Fixed) -> tuple[Array, Array]:
+        """Return h1 and h2."""
+        size, grid = len(self.kinds), self.grid
+        h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)
+        pairs = [(k, j) for k in range(size) for j in range(k + 1) if self.bend_together(k, j)]
+        H = {pair: grid.from_origin(times(self.slope[pair[0]], self.slope[pair[1]]), self.origin) for pair in pairs}
+        squares = {pair: grid.integral(values, values, rho) for pair, values in H.items()}
+        for (k, j), values in H.items():
+            weighted = times(values, rho)
+            for i in range(size):
+                if self.kinds[i] != "torsion":
+                    value = _unless_zero(grid.integral(weighted, self.f[i]), squares[k, j], self.squares[i][0])
+                    h1[k, j, i] = h1[j, k, i] = value
+            for (i, n), others in H.items():
+                value = _unless_zero(grid.integral(weighted, others), squares[k, j], squares[i, n])
+                h2[k, j, i, n] = h2[j, k, i, n] = h2[k, j, n, i] = h2[j, k, n, i] = value
+        return rounded(h1), rounded(h2, 1 / self.length)
+
+    def station(self, x: float) -> Station:
+        """Return the shape functions at a place of the axis."""
+        s = self.place(x)
+        f, slope, _ = (part[:, 0] for part in self.values(array([s])))
+        value, turn = np.zeros(len(self.kinds), dtype=object), np.zeros(len(self.kinds), dtype=object)
+        for k, (square, steep) in enumerate(self.squares):
+            value[k] = _unless_zero(int(f[k]), square, 1 << BITS)
+            turn[k] = _unless_zero(int(slope[k]), steep, 1 << BITS) if self.kinds[k].startswith("bending") else 0
+        return Station(rounded(value), rounded(turn, 1 / self.length), self.shortening(s))
+
+    def shortening(self, s: Fraction) -> Array:
+        if s == self.origin:
+            return np.zeros((len(self.kinds), len(self.kinds)))
+        grid = Grid(self.families, sorted((self.origin, s)))
+        slope = self.values(grid.places)[1]
+        sign = 1 if s > self.origin else -1
+        return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_together, sign / self.length)
+
+
+def _unless_zero(value: int, square: int, other: int) -> int:
+    """Return a value, or zero where it is as good as nothing against the root of two squares' product."""
+    return 0 if (abs(value) << _VANISHES) ** 2 <= square * other else value
+
+
+def _over(density: Coefficients) -> Fraction:
+    """Return the integral over s = 0 .. 1."""
+    return sum(integrated(density), Fraction(0))

@@ -1,0 +1,97 @@
+"""Integrals along a beam by Gauss's rule, on panels so short that products of shape functions are exact to a double."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from eomgen.mechanics.shape_functions.families import Family
+from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, times
+
+_NODES = 24
+_WAVE_PER_PANEL = 3.0  # rad: what is left out of products of four functions is below 1e-18
+
+
+@functools.cache
+def _rule() -> tuple[Fixed, Fixed, Fixed]:
+    """Return nodes and weights of Gauss's rule on 0 .. 1, and (n, n) integrals from 0 to each node of what is 1 at one."""
+    with mpmath.workprec(WORKING):
+        nodes = [_root(number) for number in range(_NODES)][::-1]
+        weights = [2 / ((1 - x * x) * _legendre(x)[1][-1] ** 2) for x in nodes]
+        running = np.zeros((_NODES, _NODES), dtype=object)
+        values = [_legendre(x)[0] for x in nodes]
+        for row, x in enumerate(nodes):
+            # int_(-1)^x P_j = (P_(j+1) - P_(j-1)) / (2 j + 1), and x + 1 for j = 0
+            rises = [x + 1, *((values[row][j + 1] - values[row][j - 1]) / (2 * j + 1) for j in range(1, _NODES))]
+            for column, weight in enumerate(weights):
+                terms = (rise * values[column][j] * (2 * j + 1) for j, rise in enumerate(rises))
+                running[row, column] = fixed(sum(terms) * weight / 4)
+        return array((x + 1) / 2 for x in nodes), array(weight / 2 for weight in weights), running
+
+
+def _legendre(x: Any) -> tuple[list[Any], list[Any]]:
+    """Return P_0 .. P_n and their derivatives, n being the number of nodes."""
+    values, slopes = [mpmath.mpf(1), x], [mpmath.mpf(0), mpmath.mpf(1)]
+    for j in range(1, _NODES):
+        values.append(((2 * j + 1) * x * values[j] - j * values[j - 1]) / (j + 1))
+        slopes.append(slopes[j - 1] + (2 * j + 1) * values[j])
+    return values, slopes
+
+
+def _root(number: int) -> Any:
+    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess that leads to each of them."""
+    x = mpmath.cos(mpmath.pi * (number + mpmath.mpf(3) / 4) / (_NODES + mpmath.mpf(1) / 2))
+    for _ in range(8):
+        values, slopes = _legendre(x)
+        x -= values[-1] / slopes[-1]
+    return x
+
+
+class Grid:
+    """Places along a beam at which functions are summed up.
+
+    Parameters
+    ----------
+    families : sequence of Family
+        What is to be integrated.
+    ends : sequence of Fraction
+        Where the integrals begin and end, and places between that are to be edges of panels.
+
+    Attributes
+    ----------
+    places, weights : (m,)
+    """
+
+    def __init__(self, families: Sequence[Family], ends: Sequence[Fraction] = (Fraction(0), Fraction(1))) -> None:
+        breaks = {place for family in families for place in family.breaks if ends[0] < place < ends[-1]}
+        edges = sorted({*ends, *breaks})
+        wave = max((family.wave_number for family in families), default=0.0)
+        self.edges = [edges[0]]
+        for first, last in itertools.pairwise(edges):
+            count = max(1, math.ceil(wave * float(last - first) / _WAVE_PER_PANEL))
+            self.edges += [first + (last - first) * number / count for number in range(1, count + 1)]
+        nodes, weights, _ = _rule()
+        self.lengths = array(last - first for first, last in itertools.pairwise(self.edges))
+        self.places = (array(self.edges[:-1])[:, None] + times(self.lengths[:, None], nodes)).ravel()
+        self.weights = times(self.lengths[:, None], weights).ravel()
+
+    def integral(self, *factors: Fixed) -> int:
+        """Return the integral of a product of (m,) values."""
+        return int(np.sum(times(self.weights, *factors)))
+
+    def from_origin(self, values: Fixed, origin: Fraction) -> Fixed:
+        """Return running integrals from ``origin``, an edge of panels, to each place, of (m,) values."""
+        _, weights, running = _rule()
+        parts = values.reshape(len(self.lengths), _NODES)
+        within = times(np.sum(times(parts[:, None, :], running), axis=-1), self.lengths[:, None])
+        whole = times(np.sum(times(parts, weights), axis=-1), self.lengths)
+        before = [0, *itertools.accumulate(whole)]
+        start = before[self.edges.index(origin)]
+        return np.asarray((np.array(before[:-1], dtype=object)[:, None] + within - start).ravel(), dtype=object)

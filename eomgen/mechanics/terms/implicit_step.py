@@ -1,0 +1,60 @@
+"""What an implicit step evaluates: all equations together, and the nonzeros of all their partials together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from eomgen.mechanics.dynamics.extended_system import extended_partials, pattern
+from eomgen.symbolic.tape import ZERO
+from eomgen.system.system import Block
+
+if TYPE_CHECKING:
+    from eomgen.mechanics.derivation import Derivation
+
+
+def equations(derivation: Derivation) -> list[Block]:
+    """Return the residual, constraints and their rates, and the rates of internal states, each where there are some."""
+    blocks = derivation.residual()
+    if derivation.constraints is not None:
+        blocks += [*derivation.constraint(), *derivation.constraint_velocity()]
+    return blocks + (derivation.internal_rate() if derivation.scene.states else [])
+
+
+def iteration(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of all partials: of the whole tree, or of each step of its recursion where the tree is large."""
+    if derivation.constraints is None and derivation.large:
+        return extended_iteration(derivation)
+    matrices = derivation.partials()
+    if derivation.constraints is not None:
+        matrices += [*derivation.constraint_jacobian(), *derivation.velocity_partials()]
+    blocks = [_packed(derivation, block) for block in matrices]
+    internal = [_packed(derivation, block) for block in derivation.internal_partials()]
+    return blocks + [block for block in internal if block.refs]
+
+
+def extended_iteration(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of the partials of each step of the recursion, and keep where they belong."""
+    with derivation.tape.block("partials of each step of the recursion"):
+        found, derivation.inner_owners = extended_partials(
+            derivation.grouped, derivation.kinematics, derivation.motion, derivation.loads.wrenches, derivation.inverse(),
+            derivation.internal,
+        )  # fmt: skip
+    blocks = []
+    for name, entries in found.items():
+        places, refs = pattern(entries)
+        derivation.patterns[name] = places
+        blocks.append(Block(name, (len(refs),), refs, f"nonzeros of {name} of the extended system"))
+    return blocks
+
+
+def jacobian_values(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of the constraint Jacobian."""
+    return [_packed(derivation, derivation.constraint_jacobian()[0])]
+
+
+def _packed(derivation: Derivation, block: Block) -> Block:
+    """Return the entries of a matrix that are not zero by structure, row by row, and keep where they belong."""
+    columns = block.shape[1]
+    derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
+    refs = tuple(ref for ref in block.refs if ref != ZERO)
+    return Block(block.name, (len(refs),), refs, f"nonzeros of {block.name}: {block.description}")

@@ -1,0 +1,139 @@
+"""Bodies in absolute coordinates: every body moves freely in the world, on SE(3) or R^3 x SO(3), and joints become constraints.
+
+Each body's frame is put at its centre of mass, so M is constant and block diagonal. On R^3 x SO(3) a body is a point
+that carries the mass (three translations along world axes) and a rigid body turning about it; the two are links of an
+ordinary tree, so all terms come from the same recursions, and the mass at the centre of the turning link is grouped
+into the point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.expressions.formulas import record
+from eomgen.mechanics.tree.coordinates import own_coordinates
+from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
+from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, pose_of
+from eomgen.mechanics.tree.links import (
+    CARRIER,
+    ROOT,
+    WORLD,
+    WORLD_NAME,
+    Link,
+    Mount,
+    Tree,
+    cleaned,
+    no_inertia,
+    parameter_scalars,
+)  # fmt: skip
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import BASE, Body, Scene
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
+from eomgen.system.system import Factor
+
+DEFAULT_GROUP = "SE3"
+Placed = tuple[Link, Factor]
+
+
+def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
+    """Return the free bodies of a scene; bodies on fixed joints are merged into what carries them.
+
+    Parameters
+    ----------
+    groups : mapping from body to ``SE3`` or ``R3xSO3``
+        ``SE3`` where a body is not named.
+
+    Raises
+    ------
+    ModelError
+        For a body without mass or inertia, which absolute coordinates cannot carry.
+    """
+    parameters = parameter_scalars(algebra, scene)
+
+    def number(formula: Formula) -> Scalar:
+        return record(algebra, formula, lambda symbol: parameters[symbol.name])
+
+    def vector(formulas: Sequence[Formula]) -> Vector:
+        return algebra.vector([number(formula) for formula in formulas])
+
+    mounts = {
+        BASE: Mount(CARRIER, algebra.identity, algebra.zero_vector),
+        WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
+    }
+    hosts: list[Body] = []
+    totals: list[Inertia] = []
+    for body, joint in zip(scene.bodies, scene.joints, strict=True):
+        tensor = tuple(number(entry) for entry in body.inertia)
+        inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
+        if joint.type == "fixed":
+            above = mounts[joint.parent]
+            orientation = multiply(above.orientation, algebra.matrix(joint.orientation))
+            position = plus(above.position, apply(above.orientation, vector(joint.position)))
+            mounts[body.name] = Mount(above.link, orientation, position)
+            if above.link >= 0:
+                totals[above.link] = totals[above.link] + inertia.moved(orientation, position)
+            continue
+        mounts[body.name] = Mount(len(hosts), algebra.identity, algebra.zero_vector)
+        hosts.append(body)
+        totals.append(inertia)
+    _check_masses(hosts, totals)
+    links: list[Placed] = []
+    turning: list[int] = []
+    centers: list[Vector] = []
+    for number_of_body, (body, total) in enumerate(zip(hosts, totals, strict=True)):
+        center = scaled(algebra.one / total.mass, total.first)
+        about_center = total.shifted(negative(center)).second
+        central = cleaned(algebra, Inertia(total.mass, algebra.zero_vector, about_center))
+        make = _pose_link if groups.get(body.name, DEFAULT_GROUP) == "SE3" else _separate_links
+        links += make(algebra, body.name, 7 * number_of_body, 6 * number_of_body, central, len(links))
+        turning.append(len(links) - 1)
+        centers.append(center)
+    for name, mount in mounts.items():
+        if mount.link >= 0:
+            position = minus(mount.position, centers[mount.link])
+            mounts[name] = Mount(turning[mount.link], mount.orientation, position)
+    of_bodies, factors = zip(*links, strict=True) if links else ((), ())
+    return Tree(algebra, of_bodies, mounts, parameters, factors, {})
+
+
+def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
+    light = [body.name for body, total in zip(hosts, totals, strict=True) if total.mass.is_zero]
+    if light:
+        raise ModelError(
+            [
+                Problem(f"bodies.{name}", "has no mass, which absolute coordinates cannot carry", "a mass, or joint coordinates")
+                for name in light
+            ]
+        )
+
+
+def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[Placed]:
+    """Return one link on SE(3)."""
+    return [_link(algebra, "free", name, ROOT, Factor("SE3", name, q_start, 7, v_start, 6), inertia)]
+
+
+def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int) -> list[Placed]:
+    """Return a translating point and the body that turns about it: R^3 x SO(3), angular velocity first."""
+    place = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
+    turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
+    return [
+        _link(algebra, "prismatic", name, ROOT, place, no_inertia(algebra)),
+        _link(algebra, "spherical", name, index, turn, inertia),
+    ]
+
+
+def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
+    units, zero = algebra.identity, algebra.zero
+    coordinates = own_coordinates(algebra, factor)
+    motion = Motion(kind, IDENTITY if kind == "prismatic" else (), tuple(range(factor.v_size)))
+    rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
+    joint = Joint(factor.name, "free" if kind != "spherical" else "spherical", BASE, name)
+    link = Link(
+        name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
+        neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, motion, zero),
+        coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
+        rotor_inertias=(zero,) * factor.v_size, balanced=kind == "spherical",
+    )  # fmt: skip
+    return link, factor

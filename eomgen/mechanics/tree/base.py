@@ -1,0 +1,135 @@
+"""The prescribed motion of the base: one struct of pose, twist and twist derivative, filled by ``base(t)`` or by the caller.
+
+Rotations are intrinsic, in order. Everything else sees the base through this struct only, so M and h never change with its law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from eomgen.mechanics.expressions.formulas import record
+from eomgen.mechanics.kinematics.fields import BaseMotion
+from eomgen.mechanics.tree.joints import quaternion_matrix
+from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.scene.geometry.rotations import coordinate_axis
+from eomgen.scene.scene import Base, Scene
+from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.rotation import PlanarFactor
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.tape import ONE, InputSymbol, Op
+from eomgen.system.system import BASE_LAYOUT
+
+
+@dataclass(frozen=True)
+class BaseState:
+    """The base as the equations see it. Without rotations the orientation is the identity by structure, not by value."""
+
+    moving: bool
+    turning: bool
+    orientation: Matrix
+    position: Vector
+    omega: Vector
+    velocity: Vector
+    omega_dot: Vector
+    velocity_dot: Vector
+    gravity_world: Vector
+
+    def motion(self) -> BaseMotion:
+        """Return what acceleration fields need: classical acceleration of the origin, and gravity in base axes."""
+        acceleration = plus(self.velocity_dot, cross(self.omega, self.velocity))
+        gravity = apply(transpose(self.orientation), self.gravity_world)
+        return BaseMotion(self.omega, self.omega_dot, acceleration, gravity)
+
+
+def resting_base(algebra: Algebra, gravity: Vector) -> BaseState:
+    """Return a base that is the world."""
+    zero = algebra.zero_vector
+    return BaseState(False, False, algebra.identity, zero, zero, zero, zero, zero, gravity)
+
+
+def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
+    """Return the base as components of the input block ``base``, or the world when the scene has no base motion."""
+    if scene.base is None:
+        return resting_base(algebra, gravity)
+    fields: dict[str, list[Scalar]] = {}
+    start = 0
+    for name, size, _ in BASE_LAYOUT:
+        fields[name] = [Scalar(algebra.tape, algebra.tape.input("base", start + k)) for k in range(size)]
+        start += size
+    turning = bool(scene.base.rotations)
+    return BaseState(
+        moving=True,
+        turning=turning,
+        orientation=quaternion_matrix(algebra, fields["quaternion"]) if turning else algebra.identity,
+        position=algebra.vector(fields["position"]),
+        omega=algebra.vector(fields["omega"]) if turning else algebra.zero_vector,
+        velocity=algebra.vector(fields["velocity"]),
+        omega_dot=algebra.vector(fields["omega_dot"]) if turning else algebra.zero_vector,
+        velocity_dot=algebra.vector(fields["velocity_dot"]),
+        gravity_world=gravity,
+    )
+
+
+def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> list[Scalar]:
+    """Return the components of the base struct as functions of time, in the order of BASE_LAYOUT."""
+
+    def resolve(symbol: Symbol) -> Scalar:
+        return Scalar(algebra.tape, algebra.tape.input("t")) if symbol.kind == "time" else parameters[symbol.name]
+
+    x, x_dot, x_ddot = (algebra.vector(part) for part in zip(*(_rates(algebra, f, resolve) for f in base.position), strict=True))
+    quaternion = [algebra.one, algebra.zero, algebra.zero, algebra.zero]
+    R, omega, alpha = algebra.identity, algebra.zero_vector, algebra.zero_vector
+    for rotation in base.rotations:
+        axis = algebra.vector(rotation.axis)
+        angle, rate, acceleration = _rates(algebra, rotation.angle, resolve)
+        turn = _about(algebra, rotation.axis, angle)
+        carried = apply(transpose(turn), omega)
+        alpha = plus(apply(transpose(turn), alpha), plus(cross(carried, scaled(rate, axis)), scaled(acceleration, axis)))
+        omega = plus(carried, scaled(rate, axis))
+        half = angle * 0.5
+        sine = algebra.call(Op.SIN, half)
+        quaternion = quaternion_product(quaternion, [algebra.call(Op.COS, half), *scaled(sine, axis)])
+        R = multiply(R, turn)
+    velocity = apply(transpose(R), x_dot)
+    velocity_dot = minus(apply(transpose(R), x_ddot), cross(omega, velocity))
+    return [*quaternion, *x, *omega, *velocity, *alpha, *velocity_dot]
+
+
+def _rates(algebra: Algebra, formula: Formula, resolve: object) -> tuple[Scalar, Scalar, Scalar]:
+    """Return value, first and second time derivative of a formula of time."""
+    value = record(algebra, formula, resolve)  # type: ignore[arg-type]  # a Resolver
+    time = InputSymbol("t", 0)
+    first = jacobian_vector(algebra.tape, [value.ref], {time: ONE})
+    second = jacobian_vector(algebra.tape, first, {time: ONE})
+    return value, Scalar(algebra.tape, first[0]), Scalar(algebra.tape, second[0])
+
+
+def _about(algebra: Algebra, axis: Sequence[float], angle: Scalar) -> Matrix:
+    """Return the rotation about a constant unit axis (Rodrigues); about a coordinate axis it stays planar."""
+    cosine, sine = algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle)
+    coordinate = coordinate_axis(axis)
+    if coordinate is not None:
+        return PlanarFactor(coordinate.place, cosine, sine * coordinate.sense).matrix
+    versine = 1.0 - cosine
+    skewed = ((0, -1, 1), (1, 0, -1), (-1, 1, 0))
+    rows = []
+    for i in range(3):
+        row = []
+        for j in range(3):
+            entry = versine * (axis[i] * axis[j])
+            row.append(entry + cosine if i == j else entry + sine * (axis[3 - i - j] * skewed[i][j]))
+        rows.append(row)
+    return algebra.matrix(rows)
+
+
+def quaternion_product(p: Sequence[Scalar], r: Sequence[Scalar]) -> list[Scalar]:
+    """Return the Hamilton product of two quaternions."""
+    w, x, y, z = p
+    a, b, c, d = r
+    return [
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    ]

@@ -1,0 +1,164 @@
+"""Distributed inertia of a deformed beam: what its motion demands of the frame that carries it and of its own coordinates.
+
+Sections turn with the frame and, where torsion is asked for, about the frame's x axis with their polar inertia.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.mechanics.tree.beam_fields import Amplitudes, Deflections, DistributedMass, SeparatedField
+from eomgen.mechanics.tree.beam_virtual_work import elastic_row_kernel, relative_energy_kernel, relative_motion_kernel
+from eomgen.mechanics.tree.coordinates import Coordinates
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.scene.bodies.beam import Beam
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, cross, plus, scaled
+
+Values = dict[str, Scalar]
+
+
+@dataclass(frozen=True)
+class RelativeMotion:
+    """How the points of a beam move against its frame.
+
+    Attributes
+    ----------
+    velocity, acceleration : fields of s' and s''
+    rates, accelerations : (n,) of the elastic coordinates, which sections turn with
+    """
+
+    velocity: SeparatedField
+    acceleration: SeparatedField
+    rates: Amplitudes
+    accelerations: Amplitudes
+
+
+@dataclass(frozen=True)
+class ElasticBody:
+    """The elastic part of one link.
+
+    Attributes
+    ----------
+    mass : integrals over the beam's mass, to be multiplied by ``density`` (one unless mass per length is a parameter)
+    deflections : for the coordinates, velocities and accelerations of the tape
+    twist : (n,) int f_k over polar inertia, of torsion
+    twists : (n, n) int f_k f_l over polar inertia, of torsion
+    """
+
+    algebra: Algebra
+    beam: Beam
+    coordinates: Coordinates
+    mass: DistributedMass
+    density: Scalar
+    deflections: Deflections
+    twist: Amplitudes
+    twists: tuple[Amplitudes, ...]
+
+    @property
+    def size(self) -> int:
+        return len(self.twist)
+
+    # -- motions against the frame --------------------------------------------------------------------------------------
+
+    def relative_motion(self, *, rates: bool, own_rates: bool, accelerations: bool) -> RelativeMotion:
+        """Return the motion of the coordinates, or the parts of it that are asked for.
+
+        Parameters
+        ----------
+        rates : whether s' is there
+        own_rates : whether the part of s'' that is quadratic in rates is there
+        accelerations : whether the accelerations of the coordinates are there
+        """
+        still = (self.algebra.zero,) * self.size
+        own = self.deflections
+        moving = Deflections(
+            self.algebra, own.integrals, own.shortens, own.q, own.v if own_rates else still, own.a if accelerations else still
+        )
+        velocity = own.velocity() if rates else own.resting().velocity()
+        return RelativeMotion(velocity, moving.acceleration(), own.v if rates else still, moving.a)
+
+    def unit_acceleration(self, k: int) -> RelativeMotion:
+        """Return the motion with a unit acceleration of coordinate k and no other."""
+        unit = tuple(self.algebra.one if j == k else self.algebra.zero for j in range(self.size))
+        still = (self.algebra.zero,) * self.size
+        return RelativeMotion(self.deflections.resting().velocity(), self.deflections.variation(k), still, unit)
+
+    # -- inertia ----------------------------------------------------------------------------------------------------------
+
+    def deformed(self, rigid: Inertia) -> Inertia:
+        """Return the shape integrals of the deformed body about the frame's origin from those of the undeformed one."""
+        s = self.deflections.position()
+        first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
+        upper = {(i, j): self.density * self.mass.product(s[i], s[j]) for i in range(3) for j in range(i, 3)}
+        second = [[rigid.second[i][j] + upper[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
+        return Inertia(rigid.mass, plus(rigid.first, first), self.algebra.matrix(second))
+
+    def wrench(self, spin: Vector, motion: RelativeMotion) -> tuple[Vector, Vector]:
+        """Return moment about the frame's origin and force that the motion against a frame turning with ``spin`` demands."""
+        s = self.deflections.position()
+        values = {f"w{i}": spin[i] for i in range(3)}
+        for name, fields in (("v", motion.velocity), ("r", motion.acceleration)):
+            for i in range(3):
+                values[f"{name}{i}"] = self.density * self.mass.first(fields[i])
+                for j in range(3):
+                    values[f"{name}{i}s{j}"] = self.density * self.mass.product(fields[i], s[j])
+        x, y, z, *force = relative_motion_kernel().instantiate(self.algebra, values)
+        along = self.algebra.identity[0]
+        turning = plus(
+            scaled(self._weighted(self.twist, motion.accelerations), along),
+            scaled(self._weighted(self.twist, motion.rates), cross(spin, along)),
+        )
+        return plus((x, y, z), turning), (force[0], force[1], force[2])
+
+    def row(self, k: int, origin: Vector, gradient: Matrix, spin: Vector, motion: RelativeMotion) -> Scalar:
+        """Return what coordinate k needs: virtual work along it of origin + gradient s + 2 spin x s' + s''."""
+        s, phi = self.deflections.position(), self.deflections.variation(k)
+        values: Values = {}
+        for i in range(3):
+            values[f"A{i}"], values[f"w{i}"], values[f"f{i}"] = origin[i], spin[i], self.mass.first(phi[i])
+            for j in range(3):
+                values[f"U{i}{j}"] = gradient[i][j]
+                for name, field in (("s", s), ("v", motion.velocity), ("r", motion.acceleration)):
+                    values[f"f{i}{name}{j}"] = self.mass.product(phi[i], field[j])
+        (work,) = elastic_row_kernel().instantiate(self.algebra, values)
+        return self.density * work + self._own(k, 0.5 * (gradient[2][1] - gradient[1][2]), motion.accelerations)
+
+    def geometric_stiffness(self, origin: Scalar, gradient: Scalar) -> list[list[Scalar]]:
+        """Return what shortening adds to the stiffness where axial accelerations are ``origin + gradient x``."""
+        if not self.deflections.shortens:
+            return [[self.algebra.zero] * self.size for _ in range(self.size)]
+        g0, g1, unit = self.mass.integrals.g0, self.mass.integrals.g1, self.mass.unit
+        by_origin, by_gradient = self.density * origin, self.density * gradient
+        return [
+            [-(by_origin * (unit * float(g0[k, j])) + by_gradient * (unit * float(g1[k, j]))) for j in range(self.size)]
+            for k in range(self.size)
+        ]
+
+    def inertia_of(self, k: int) -> Scalar:
+        """Return the inertia of one coordinate alone, the frame at rest and nothing deformed."""
+        return self.density * self.mass.inertia_of(k) + self.twists[k][k]
+
+    def _own(self, k: int, angular_acceleration: Scalar, accelerations: Amplitudes) -> Scalar:
+        """Return what turning sections add to one row."""
+        return self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
+
+    def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
+        """Return the kinetic energy beyond that of the deformed body carried rigidly with the frame's inertial twist."""
+        own = self.deflections
+        s, rates = own.position(), own.velocity()
+        values = {}
+        for i in range(3):
+            values[f"w{i}"], values[f"u{i}"], values[f"v{i}"] = omega[i], velocity[i], self.density * self.mass.first(rates[i])
+            for j in range(3):
+                values[f"v{i}s{j}"] = self.density * self.mass.product(rates[i], s[j])
+            values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
+        (energy,) = relative_energy_kernel().instantiate(self.algebra, values)
+        for k, rate in enumerate(own.v):
+            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted(self.twists[k], own.v))
+        return energy
+
+    def _weighted(self, weights: Amplitudes, amplitudes: Amplitudes) -> Scalar:
+        total = self.algebra.zero
+        for weight, amplitude in zip(weights, amplitudes, strict=True):
+            total = total + weight * amplitude
+        return total

@@ -1,0 +1,90 @@
+"""Links of a beam: the beam itself in its frame, and a link without mass for every place that something is attached to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.shape_functions.integrals import shape_integrals
+from eomgen.mechanics.tree.beam_assembly import elastic_body
+from eomgen.mechanics.tree.beam_stations import moves, station_motion
+from eomgen.mechanics.tree.inertia import inertia_about_center
+from eomgen.mechanics.tree.joints import Column
+from eomgen.mechanics.tree.links import Link, Mount, Tree, cleaned, no_inertia
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Body, Scene
+from eomgen.symbolic.rotation import MatrixFactor, Rotation
+from eomgen.symbolic.scalar import Scalar, minus
+
+
+def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
+    """Return the tree with the links of a beam, whose joint is already there.
+
+    The beam's link does not move against what carries it: its columns are zero, its coordinates deform it. So its frame, and with
+    it the shape integrals, are the body's own whatever the axes of the joint.
+    """
+    if body.beam is None:
+        return tree
+    algebra, mount = tree.algebra, tree.mounts[body.name]
+    integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
+    center = algebra.vector([number(item) for item in body.center_of_mass])
+    inertia = inertia_about_center(algebra, number(body.mass), center, tuple(number(entry) for entry in body.inertia))
+    still = Column(algebra.zero_vector, algebra.zero_vector)
+    beam = Link(
+        name=body.name, joint=joint, kind="elastic", parent=mount.link, rotation=Rotation((MatrixFactor(mount.orientation),)),
+        orientation=mount.orientation, neutral_position=mount.position, travel=algebra.zero_vector, position=mount.position,
+        columns=(still,) * body.beam.size, coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a,
+        inertia=cleaned(algebra, inertia), rotor_inertias=(algebra.zero,) * body.beam.size,
+        elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
+    )  # fmt: skip
+    links, first = [*tree.links, beam], len(tree.links)
+    stations = dict(tree.stations)
+    for x in _places(tree, scene, body.name, number):
+        station = integrals.at(x)
+        stations[body.name, x] = first
+        if moves(station):
+            stations[body.name, x] = len(links)
+            motion = station_motion(algebra, integrals.kinds, station, x, coordinates, shortens=body.beam.stiffening)
+            place = algebra.vector([x, 0.0, 0.0])
+            links.append(
+                replace(
+                    beam, name=f"{body.name} at x = {x:g}", kind="station", parent=first, rotation=motion.rotation,
+                    orientation=algebra.identity, neutral_position=place, travel=minus(motion.position, place),
+                    position=motion.position, columns=motion.columns, inertia=no_inertia(algebra), elastic=None, station=motion,
+                )
+            )  # fmt: skip
+    mounts = {**tree.mounts, body.name: Mount(first, algebra.identity, algebra.zero_vector)}
+    return replace(tree, links=tuple(links), mounts=mounts, stations=stations)
+
+
+def _places(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
+    """Return the places along a beam's axis that anything in the scene is attached to, without repetition."""
+    found: list[float] = []
+    for what, formula in attached_along(scene, body):
+        x = number(formula).constant
+        if x is None:
+            said = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
+            raise ModelError(Problem(what, said, "a fixed number: shape functions are evaluated when the model is derived"))
+        if x not in found:
+            found.append(x)
+    return sorted(found)
+
+
+def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
+    """Yield what is attached to a body, in words, with its x in the body's frame."""
+    for joint in scene.joints:
+        if joint.parent == body:
+            yield f"joint {joint.name}", joint.position[0]
+    for point in scene.points:
+        if point.body == body:
+            yield f"point {point.name}", point.position[0]
+    for force in scene.forces:
+        if force.body == body:
+            yield f"force {force.name}", force.point[0]
+    frames = [(f"constraint {item.name}", frame) for item in scene.constraints for frame in (item.first, item.second)]
+    frames += [(f"bushing {item.name}", frame) for item in scene.bushings for frame in (item.first, item.second)]
+    for what, frame in frames:
+        if frame.body == body:
+            yield what, frame.position[0]

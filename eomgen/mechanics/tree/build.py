@@ -1,0 +1,103 @@
+"""From the joints of a scene to a tree of links: fixed joints merged, frames turned so that joint axes are coordinate axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from eomgen.mechanics.expressions.formulas import record
+from eomgen.mechanics.tree.beam_links import add_beam
+from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
+from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
+from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import BASE, Body, Scene
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
+
+
+def build_tree(algebra: Algebra, scene: Scene) -> Tree:
+    """Return the tree of a scene on the algebra's tape.
+
+    Raises
+    ------
+    ModelError
+        Something is attached to a beam at a place that is no fixed number.
+    """
+    parameters = parameter_scalars(algebra, scene)
+
+    def number(formula: Formula) -> Scalar:
+        return record(algebra, formula, lambda symbol: parameters[symbol.name])
+
+    elastic = {body.name: body.beam.size for body in scene.bodies if body.beam is not None}
+    factors, coordinates = joint_coordinates(algebra, scene.joints, number, elastic)
+    mounts = {
+        BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
+        WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
+    }
+    tree = Tree(algebra, (), mounts, parameters, factors, coordinates)
+    for body, joint in zip(scene.bodies, scene.joints, strict=True):
+        tree = _with_body(tree, body, joint, number)
+        if body.beam is not None:
+            tree = add_beam(tree, scene, body, joint, number)
+    settled = [
+        replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed() for link in tree.links
+    ]
+    return replace(tree, links=tuple(settled))
+
+
+def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
+    """Return the tree with one more body: on links of its own if its joint moves, else on the link that carries it."""
+    algebra = tree.algebra
+
+    def vector(formulas: Sequence[Formula]) -> Vector:
+        return algebra.vector([number(formula) for formula in formulas])
+
+    place = vector(joint.position)
+    mount = tree.mount_at(joint.parent, place)
+    orientation = multiply(mount.orientation, algebra.matrix(joint.orientation))
+    position = plus(mount.position, apply(mount.orientation, place))
+    tensor = tuple(number(entry) for entry in body.inertia)
+    inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
+    if body.beam is not None:
+        inertia = no_inertia(algebra)
+    if joint.type == "fixed":
+        links = list(tree.links)
+        if mount.link != ROOT:
+            links[mount.link] = links[mount.link].carrying(inertia.moved(orientation, position))
+        return replace(tree, links=tuple(links), mounts={**tree.mounts, body.name: Mount(mount.link, orientation, position)})
+    links, parent = list(tree.links), mount.link
+    turned, motions = motions_of(joint)
+    axes = algebra.matrix(turned)
+    orientation = multiply(orientation, axes)
+    rotors = tuple(number(formula) for formula in joint.each(joint.rotor_inertia))
+    for number_of_motion, motion in enumerate(motions):
+        last = number_of_motion == len(motions) - 1
+        name = body.name if last else f"{body.name}, part {number_of_motion + 1} of its joint"
+        own = inertia.moved(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
+        links.append(
+            _link(
+                algebra, name, joint, motion, parent, orientation, position, number(joint.pitch),
+                tree.coordinates[joint.name], rotors, own,
+            )
+        )  # fmt: skip
+        parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
+    mounts = {**tree.mounts, body.name: Mount(parent, transpose(axes), algebra.zero_vector)}
+    return replace(tree, links=tuple(links), mounts=mounts)
+
+
+def _link(
+    algebra: Algebra, name: str, joint: Joint, motion: Motion, parent: int, orientation: Matrix, position: Vector, pitch: Scalar,
+    coordinates: Coordinates, rotors: Sequence[Scalar], inertia: Inertia,
+) -> Link:  # fmt: skip
+    """Return the link that one elementary motion of a joint carries."""
+    own = coordinates.of(motion)
+    rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
+    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, own.q)
+    return Link(
+        name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,
+        neutral_position=position, travel=travel, position=moved_to, columns=columns_of(algebra, motion, pitch),
+        coordinates=own, velocities=own.v, accelerations=own.a, inertia=inertia,
+        rotor_inertias=tuple(rotors[k] for k in motion.components), turn=motion.turn,
+    )  # fmt: skip

@@ -1,0 +1,97 @@
+"""Coordinates of joints on the tape: own components of q, v and a, or those of the joint that a mimicking one follows.
+
+A coordinate that follows, q = ratio q_leader + offset, is no unknown. What its joint does enters the leader's equation by virtual
+work, multiplied, so motion subspaces, inertia and forces need no more than the ratio of each joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from eomgen.mechanics.tree.joints import GROUPS, Motion
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.model import SIZES, Joint, Mimic
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.system.system import Factor
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Coordinates of one joint, recorded where they are used.
+
+    Attributes
+    ----------
+    places : components of q behind each coordinate
+    dofs : component of v behind each velocity component
+    ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless it follows another
+    """
+
+    algebra: Algebra
+    places: tuple[int, ...]
+    dofs: tuple[int, ...]
+    ratio: Scalar
+    offset: Scalar
+
+    @property
+    def q(self) -> tuple[Scalar, ...]:
+        return tuple(self.ratio * self._input("q", place) + self.offset for place in self.places)
+
+    @property
+    def v(self) -> tuple[Scalar, ...]:
+        return tuple(self.ratio * self._input("v", dof) for dof in self.dofs)
+
+    @property
+    def a(self) -> tuple[Scalar, ...]:
+        return tuple(self.ratio * self._input("a", dof) for dof in self.dofs)
+
+    def _input(self, block: str, index: int) -> Scalar:
+        return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
+
+    def of(self, motion: Motion) -> Coordinates:
+        """Return those of one elementary motion of the joint."""
+        if motion.kind in GROUPS:
+            return self
+        places, dofs = (tuple(values[k] for k in motion.components) for values in (self.places, self.dofs))
+        return replace(self, places=places, dofs=dofs)
+
+    def following(self, multiplier: Scalar, offset: Scalar) -> Coordinates:
+        """Return those of a joint that follows this one."""
+        return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
+
+
+def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
+    """Return the coordinates of a joint that follows none."""
+    places, dofs = range(factor.q_start, factor.q_start + factor.q_size), range(factor.v_start, factor.v_start + factor.v_size)
+    return Coordinates(algebra, tuple(places), tuple(dofs), algebra.one, algebra.zero)
+
+
+def joint_coordinates(
+    algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int]
+) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
+    """Return the factors of the configuration in the order of the joints, and by name the coordinates of moving joints and beams.
+
+    ``elastic`` tells how many elastic coordinates a body has; they come right after its joint's.
+    """
+    moving = {joint.name: joint for joint in joints if joint.type != "fixed"}
+    factors: list[Factor] = []
+    q_start = v_start = 0
+    for joint in joints:
+        sizes = {}
+        if joint.type != "fixed" and joint.mimic is None:
+            sizes[joint.name] = (GROUPS.get(joint.type, "R"), *SIZES[joint.type])
+        if joint.child in elastic:
+            sizes[joint.child] = ("R", elastic[joint.child], elastic[joint.child])
+        for name, (group, q_size, v_size) in sizes.items():
+            factors.append(Factor(group, name, q_start, q_size, v_start, v_size))
+            q_start, v_start = q_start + q_size, v_start + v_size
+    found = {factor.name: own_coordinates(algebra, factor) for factor in factors}
+    for joint in moving.values():
+        followers: list[tuple[str, Mimic]] = []
+        leader = joint
+        while leader.name not in found and leader.mimic is not None:
+            followers.append((leader.name, leader.mimic))
+            leader = moving[leader.mimic.joint]
+        for follower, mimic in reversed(followers):
+            found[follower] = found[mimic.joint].following(number(mimic.multiplier), number(mimic.offset))
+    return tuple(factors), found

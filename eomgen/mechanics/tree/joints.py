@@ -1,0 +1,206 @@
+"""Joints as compositions of elementary motions: the pose of each and the columns of its motion subspace, in the moved frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import sympy
+
+from eomgen.scene.geometry.rotations import Array, CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
+from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
+from eomgen.symbolic.tape import Op
+
+Direction = tuple[float, float, float]
+IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+#: Groups of joints whose coordinates are not plain numbers.
+GROUPS = {"spherical": "SO3", "free": "SE3"}
+
+#: Elementary motions that turn about one axis.
+_TURNING = frozenset({"revolute", "helical"})
+
+#: How many of a joint's axes are turned about, of axis and second axis.
+_TURNED_ABOUT = {"revolute": 1, "helical": 1, "cylindrical": 1, "planar": 1, "universal": 2}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """An elementary motion, whose motion subspace is constant in the frame that it moves.
+
+    Attributes
+    ----------
+    kind : revolute, prismatic (along one or more axes), helical, spherical or free
+    axes : unit vectors in the axes of the links
+    components : those of the joint's velocity that drive the columns, in order
+    """
+
+    kind: str
+    axes: tuple[Direction, ...]
+    components: tuple[int, ...]
+
+    @property
+    def turn(self) -> CoordinateAxis | None:
+        """The coordinate axis of the links that it turns about; None for motions that do not turn about one axis."""
+        return coordinate_axis(self.axes[0]) if self.kind in _TURNING else None
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the motion subspace in the child's frame: angular part, and velocity of the child's origin."""
+
+    angular: Vector
+    linear: Vector
+
+
+@cache
+def quaternion_kernel() -> Kernel:
+    """Derive the rotation matrix of a unit quaternion (w, x, y, z), from x' = p x p* by SymPy's quaternion product.
+
+    The diagonal is written 1 - 2(..), which is orthogonal to first order in the quaternion's length error.
+    """
+    w, x, y, z = sympy.symbols("w x y z", real=True)
+    p = sympy.Quaternion(w, x, y, z)
+    columns = []
+    for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+        turned = p * sympy.Quaternion(0, *unit) * p.conjugate()
+        columns.append([sympy.expand(part) for part in (turned.b, turned.c, turned.d)])  # nine products of two symbols
+    results = []
+    for row in range(3):
+        for column in range(3):
+            entry = columns[column][row]
+            if row == column:
+                entry = sympy.expand(entry - (w**2 + x**2 + y**2 + z**2)) + 1  # |p| = 1; a sum of four squares
+            results.append(_halved(entry))
+    return Kernel(tuple(results))
+
+
+def _halved(entry: sympy.Expr) -> sympy.Expr:
+    """Write a quadratic entry as [1 +] 2 (..), one multiplication by two instead of one per term."""
+    constant = entry.subs(dict.fromkeys(entry.free_symbols, 0))
+    half = sympy.Add(*((term / 2) for term in sympy.Add.make_args(entry - constant)))
+    return constant + sympy.Mul(2, half, evaluate=False)
+
+
+def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
+    """Return the rotation matrix of a unit quaternion, body axes to reference axes."""
+    r = quaternion_kernel().instantiate(algebra, dict(zip("wxyz", quaternion, strict=True)))
+    return ((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]))
+
+
+def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
+    """Return the elementary motions that a joint is composed of, from the parent to the child, and their axes in the child's.
+
+    Between two motions of a joint there is a link without mass. One screw with two columns would do for a cylindrical joint; it
+    needs as many operations, and more in partials.
+
+    Returns
+    -------
+    axes : the axes of the joint's links in the child body's axes, as columns: the body's own, unless a turn is about a skew axis;
+        then the axis of turning is the links' z, and where there are two axes, both are coordinate axes. Where the axes are
+        beside coordinate axes, the links' axes are beside the body's
+    motions : with axes in link axes; none for a fixed joint
+    """
+    axes, axis, second = _link_axes(joint)
+    components = tuple(range(SIZES[joint.type][1]))
+    match joint.type:
+        case "fixed":
+            return axes, ()
+        case "universal":
+            return axes, (Motion("revolute", (axis,), (0,)), Motion("revolute", (second,), (1,)))
+        case "cylindrical":
+            return axes, (Motion("prismatic", (axis,), (1,)), Motion("revolute", (axis,), (0,)))
+        case "planar":
+            in_plane = (second, perpendicular(axis, second))
+            return axes, (Motion("prismatic", in_plane, (1, 2)), Motion("revolute", (axis,), (0,)))
+        case "spherical" | "free":
+            return axes, (Motion(joint.type, (), components),)
+        case _:
+            return axes, (Motion(joint.type, (axis,), components),)
+
+
+def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
+    """Return the axes of a joint's links, and in them the joint's axis and its second axis."""
+    turned_about = (joint.axis, joint.second_axis)[: _TURNED_ABOUT.get(joint.type, 0)]
+    if None not in map(coordinate_axis, turned_about):
+        return IDENTITY, joint.axis, joint.second_axis
+    beside = [found for direction in turned_about if (found := axis_beside(direction)) is not None]
+    if len(beside) < len(turned_about):
+        return frame_of(joint), IDENTITY[2], IDENTITY[0]
+    columns: dict[int, Array] = {
+        near.place: near.sense * np.array(direction) for near, direction in zip(beside, turned_about, strict=True)
+    }
+    first = beside[0].place
+    other = beside[1].place if len(beside) > 1 else (first + 1) % 3
+    if len(beside) == 1:
+        across = np.eye(3)[other] - columns[first][other] * columns[first]
+        columns[other] = across / np.linalg.norm(across)
+    sense = 1.0 if other == (first + 1) % 3 else -1.0
+    columns[3 - first - other] = sense * np.cross(columns[first], columns[other])
+    axes = np.column_stack([columns[k] for k in range(3)])
+    if len(beside) > 1:
+        return rows(axes), beside[0].unit, beside[1].unit
+    x, y, z = (0.0 if k == first else float(columns[k] @ joint.second_axis) for k in range(3))
+    return rows(axes), beside[0].unit, (x, y, z)
+
+
+def frame_of(joint: Joint) -> tuple[Direction, ...]:
+    """Return, in the child's axes, a frame whose z is the joint's axis; its x is the second axis of a joint that has one."""
+    if joint.type in ("universal", "planar"):
+        return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
+    return rows(frame_about(np.array(joint.axis)))
+
+
+def perpendicular(a: Direction, b: Direction) -> Direction:
+    """Return the unit vector that completes two perpendicular ones to a right-handed frame."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column, ...]:
+    """Return the motion subspace: about and along axes, or (spherical and free) in the link's own axes."""
+    zero, units = algebra.zero_vector, algebra.identity
+    axes = [algebra.vector(axis) for axis in motion.axes]
+    match motion.kind:
+        case "revolute":
+            return (Column(axes[0], zero),)
+        case "prismatic":
+            return tuple(Column(zero, axis) for axis in axes)
+        case "helical":
+            return (Column(axes[0], scaled(pitch, axes[0])),)
+        case "spherical":
+            return tuple(Column(unit, zero) for unit in units)
+        case _:
+            return tuple(Column(unit, zero) for unit in units) + tuple(Column(zero, unit) for unit in units)
+
+
+def pose_of(
+    algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
+) -> tuple[Rotation, Vector]:
+    """Return the pose of an elementary motion's frame in what carries it, at coordinates q.
+
+    Parameters
+    ----------
+    pitch : of helical motions, m/rad
+    orientation, position : of the frame at neutral q
+    """
+    constant = MatrixFactor(orientation)
+    axes = [algebra.vector(axis) for axis in motion.axes]
+    if motion.kind == "prismatic":
+        for axis, travel in zip(axes, q, strict=True):  # travels along several axes add up
+            position = plus(position, apply(orientation, scaled(travel, axis)))
+        return Rotation((constant,)), position
+    if motion.turn is not None:
+        angle = q[0] if motion.turn.sense > 0.0 else -q[0]
+        turn = PlanarFactor(motion.turn.place, algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle))
+        if motion.kind == "helical":
+            position = plus(position, apply(orientation, scaled(q[0] * pitch, axes[0])))
+        return Rotation((constant, turn)), position
+    turned = Rotation((constant, MatrixFactor(quaternion_matrix(algebra, list(q[:4])))))
+    if motion.kind == "spherical":
+        return turned, position
+    return turned, plus(position, apply(orientation, (q[4], q[5], q[6])))

@@ -1,0 +1,215 @@
+"""Trees of links, and where the bodies of a scene sit on them.
+
+A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is
+no coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where
+a body sits on its link.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from eomgen.mechanics.tree.beam_body import ElasticBody
+from eomgen.mechanics.tree.beam_stations import StationMotion
+from eomgen.mechanics.tree.coordinates import Coordinates
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.joints import Column
+from eomgen.scene.geometry.rotations import CoordinateAxis
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.rotation import Rotation
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
+from eomgen.system.system import Factor
+
+ROOT = -1
+CARRIER = -2
+WORLD = -3
+WORLD_NAME = "world"
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Constant pose of a body's frame in a link's frame.
+
+    ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does not:
+    in absolute coordinates links hang in the world and the base moves past them. WORLD is what rests while the base moves.
+    """
+
+    link: int
+    orientation: Matrix
+    position: Vector
+
+
+@dataclass(frozen=True)
+class Link:
+    """One moving link.
+
+    Attributes
+    ----------
+    kind : the elementary motion that carries it
+    rotation, position : pose in the parent link's frame (base frame at the root), functions of q
+    neutral_position, travel : where its origin is at neutral coordinates, and how far they have moved it from there
+    columns : motion subspace in this frame
+    coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
+    inertia : shape integrals about this frame's origin
+    rotor_inertias : one for each column
+    balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
+    elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
+    station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
+    turn : the coordinate axis that it turns about, None where it does not turn about one axis
+    """
+
+    name: str
+    joint: Joint
+    kind: str
+    parent: int
+    rotation: Rotation
+    orientation: Matrix
+    neutral_position: Vector
+    travel: Vector
+    position: Vector
+    columns: tuple[Column, ...]
+    coordinates: Coordinates
+    velocities: tuple[Scalar, ...]
+    accelerations: tuple[Scalar, ...]
+    inertia: Inertia
+    rotor_inertias: tuple[Scalar, ...]
+    balanced: bool = False
+    elastic: ElasticBody | None = None
+    station: StationMotion | None = None
+    turn: CoordinateAxis | None = None
+
+    @property
+    def dofs(self) -> tuple[int, ...]:
+        return self.coordinates.dofs
+
+    def carrying(self, inertia: Inertia) -> Link:
+        """Return the link with a body more on it."""
+        return replace(self, inertia=self.inertia + inertia)
+
+    def deformed(self) -> Link:
+        """Return the link with the shape integrals of the deformed body in place of those of the undeformed one."""
+        return self if self.elastic is None else replace(self, inertia=self.elastic.deformed(self.inertia))
+
+
+@dataclass(frozen=True)
+class Tree:
+    """All links, parents before children, and the mounts of all bodies by name (``base`` included).
+
+    Attributes
+    ----------
+    factors : of the configuration, in the order of the links that they move
+    coordinates : of all moving joints by name, those that follow others included, and of beams
+    stations : the link that carries what is attached to a beam at x, by (body, x)
+    """
+
+    algebra: Algebra
+    links: tuple[Link, ...]
+    mounts: dict[str, Mount]
+    parameters: dict[str, Scalar]
+    factors: tuple[Factor, ...]
+    coordinates: dict[str, Coordinates]
+    stations: Mapping[tuple[str, float], int] = field(default_factory=dict)
+
+    @property
+    def elastic(self) -> bool:
+        """Whether any link deforms."""
+        return any(link.elastic is not None for link in self.links)
+
+    def mount_at(self, body: str, r: Vector) -> Mount:
+        """Return the mount of a body's frame as the material around its point r sees it: on a beam, that of the station there."""
+        mount, x = self.mounts[body], r[0].constant
+        link = None if x is None else self.stations.get((body, x))
+        if link is None or link == mount.link:
+            return mount
+        return Mount(link, mount.orientation, plus(mount.position, (-r[0], self.algebra.zero, self.algebra.zero)))
+
+    @property
+    def nv(self) -> int:
+        return sum(factor.v_size for factor in self.factors)
+
+    @property
+    def following(self) -> bool:
+        """Whether any joint follows another, so that one velocity component moves several links."""
+        return sum(len(link.columns) for link in self.links) > self.nv
+
+    def by_dof(self, values: Mapping[int, Sequence[Scalar]]) -> list[Scalar]:
+        """Return virtual work given per link (one value per column) as generalized forces, in the order of v."""
+        total = [self.algebra.zero] * self.nv
+        for index, link in enumerate(self.links):
+            for dof, value in zip(link.dofs, values[index], strict=True):
+                total[dof] = total[dof] + link.coordinates.ratio * value
+        return total
+
+    def angular(self) -> tuple[bool, ...]:
+        """Return for each velocity component whether it turns anything; elastic coordinates, which deform, count as travels."""
+        columns = [pair for link in self.links for pair in zip(link.dofs, link.columns, strict=True)]
+        turning = {dof for dof, column in columns if not all(part.is_zero for part in column.angular)}
+        return tuple(dof in turning for dof in range(self.nv))
+
+    def dof_parents(self) -> tuple[int, ...]:
+        """Return for each velocity component the nearest one before it that it is coupled with, -1 where there is none.
+
+        Eliminating M from the last component to the first fills no place that is not on the way from a component along
+        these parents. Where no joint follows another, they are the tree's own.
+        """
+        coupled: list[set[int]] = [set() for _ in range(self.nv)]
+        above: list[frozenset[int]] = []
+        for link in self.links:
+            carrying = above[link.parent] if link.parent != ROOT else frozenset()
+            every = carrying.union(link.dofs)
+            above.append(every)
+            for dof in link.dofs:
+                for other in link.dofs if link.balanced else every:
+                    coupled[max(dof, other)].add(min(dof, other))
+        parents = [-1] * self.nv
+        for dof in reversed(range(self.nv)):
+            before = coupled[dof] - {dof}
+            if before:
+                parents[dof] = max(before)
+                coupled[parents[dof]] |= before
+        return tuple(parents)
+
+    def children(self) -> list[list[int]]:
+        """Return the child links of each link."""
+        found: list[list[int]] = [[] for _ in self.links]
+        for index, link in enumerate(self.links):
+            if link.parent != ROOT:
+                found[link.parent].append(index)
+        return found
+
+
+def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:
+    """Return each parameter: a constant when fixed, a component of the input block ``p`` when tunable."""
+    scalars, position = {}, 0
+    for parameter in scene.parameters:
+        if parameter.tunable:
+            scalars[parameter.name] = Scalar(algebra.tape, algebra.tape.input("p", position))
+            position += 1
+        else:
+            scalars[parameter.name] = algebra.scalar(parameter.value)
+    return scalars
+
+
+def no_inertia(algebra: Algebra) -> Inertia:
+    """Return the shape integrals of what has no mass."""
+    return Inertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
+
+
+def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
+    """Return shape integrals without the constants that are round-off of zero, which would cost operations."""
+
+    def snapped(value: Scalar, scale: float) -> Scalar:
+        number = value.constant
+        return algebra.zero if number is not None and abs(number) <= 1e-15 * scale else value
+
+    def size(values: Sequence[Scalar]) -> float:
+        return max((abs(number) for value in values if (number := value.constant) is not None), default=0.0)
+
+    second_size = size([entry for row in inertia.second for entry in row])
+    first_size = max(size(inertia.first), math.sqrt(second_size) * math.sqrt(abs(inertia.mass.constant or 0.0)))
+    x, y, z = (tuple(snapped(entry, second_size) for entry in row) for row in inertia.second)
+    d = tuple(snapped(entry, first_size) for entry in inertia.first)
+    return Inertia(inertia.mass, d, (x, y, z))  # type: ignore[arg-type]  # three entries each

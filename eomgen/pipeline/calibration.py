@@ -1,0 +1,271 @@
+"""Gains of state feedback from the linear model of the same scene, with these gains at zero: the calibration stage.
+
+The scene is opened where a controller acts: what it gives becomes an input beside its formula. The linear model of that scene is
+the plant, signals and weighted quantities are its outputs. Controllers are calibrated in their order, each with those before it
+at work. Gains are parameters, so the code of a model knows nothing of all this but their defaults.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
+from eomgen.control.placement import place
+from eomgen.control.plant import Plant
+from eomgen.control.riccati import lqr
+from eomgen.control.weights import Weights
+from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
+from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
+from eomgen.scene.control.model import Calibration, StateFeedback
+from eomgen.scene.formula.nodes import Operation, Symbol
+from eomgen.scene.scene import Input, Output, Scene
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+    from eomgen.linear.linearization import Linearization
+
+Array = NDArray[np.float64]
+#: Calibrated numbers are kept to so many digits: what is beyond depends on the machine.
+_DIGITS = 12
+#: Feedback that signals cannot give, as a share of all of it, above which they are said to miss something.
+_MISSING = 1e-8
+#: Accelerations, m/s^2 or rad/s^2, above which an initial state is not in balance.
+_AT_REST = 1e-6
+
+
+def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
+    """Return a scene whose gains have their calibrated values as defaults, and a note on each controller.
+
+    Parameters
+    ----------
+    build : callable
+        Builds the model of a scene with the terms given.
+
+    Raises
+    ------
+    DescriptionError, ModelError, NumericalError
+        Where a calibration fails; names its place in the scene file.
+    """
+    if not any(item.calibration for item in scene.feedback):
+        return scene
+    found, notes = gains(scene, {}, build)
+    parameters = tuple(replace(item, value=found.get(item.name, item.value)) for item in scene.parameters)
+    return replace(scene, parameters=parameters, notes=(*scene.notes, *notes))
+
+
+def gains(
+    scene: Scene, parameters: Mapping[str, float], build: Callable[[Scene, list[str]], Model]
+) -> tuple[dict[str, float], list[str]]:
+    """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
+    opened = _opened(scene)
+    model = build(opened.scene, _terms(scene))
+    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}  # these are zero by default
+    notes = []
+    for item in scene.feedback:
+        if item.calibration is None:
+            continue
+        key = f"controllers.{item.name}.calibration"
+        try:
+            found, note = _one(opened, item, item.calibration, model, values)
+        except EomgenError as error:
+            place = f"{scene.source.get(key, scene.name)} ({key})"
+            kind = DescriptionError if isinstance(error, UsageError) else type(error)  # what was called for stands in the scene
+            raise kind([Problem(place, problem.what, problem.hint) for problem in error.problems]) from None
+        values |= found
+        notes.append(note)
+    return {name: values[name] for name in opened.calibrated}, notes
+
+
+@dataclass(frozen=True)
+class _Opened:
+    """A scene whose controllers also give what inputs say.
+
+    Attributes
+    ----------
+    calibrated : names of the parameters that calibrations fill.
+    rows : by output of the opened scene, its rows among all.
+    """
+
+    scene: Scene
+    calibrated: tuple[str, ...]
+    rows: Mapping[str, slice]
+
+
+def _opened(scene: Scene) -> _Opened:
+    fed_back = [item for item in scene.feedback if item.calibration is not None]
+    acting = [output for item in fed_back for output in item.outputs]
+    controllers = tuple(
+        replace(item, output=Operation("add", (item.output, Symbol("input", _input_of(item.name)))))
+        if item.name in acting
+        else item
+        for item in scene.controllers
+    )
+    outputs = list(scene.outputs)
+    for item in fed_back:
+        outputs.append(Output(f"{item.name}.signals", item.signals))
+        calibration = item.calibration
+        for kind, weights in (("q", calibration.position_weights), ("v", calibration.velocity_weights)) if calibration else ():
+            outputs += [Output(f"{item.name}.{kind}.{joint}", (Symbol(kind, joint),)) for joint in weights]
+    rows, start = {}, 0
+    for output in outputs:
+        rows[output.name] = slice(start, start + len(output.values))
+        start += len(output.values)
+    inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
+    legal = tuple(replace(output, name=f"output_{place}") for place, output in enumerate(outputs))
+    opened = replace(
+        scene, controllers=controllers, inputs=inputs, outputs=legal, feedback=(), terms=(), notes=(),
+        content=scene.content + b"\0opened" if scene.content else b"",
+    )  # fmt: skip
+    return _Opened(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
+
+
+def _input_of(output: str) -> str:
+    return f"opened_{output}"[:64]
+
+
+def _terms(scene: Scene) -> list[str]:
+    """Return what equilibrium and linear model need, with constraints or without."""
+    terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs", "poses"]
+    terms += ["internal_rate", "internal_partials"] if scene.states else []
+    rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
+    return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials", "joint_velocities"]
+
+
+def _one(
+    opened: _Opened, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
+) -> tuple[dict[str, float], str]:
+    """Return the parameters of one controller, and a note that says what they give."""
+    rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
+    linear = model.linearize(at=rest or "initial", parameters=values)
+    _check_reference(linear)
+    names = [_input_of(output) for output in item.outputs]
+    columns = [linear.names.inputs.index(name) for name in names]
+    plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
+    space = linear.state_space()
+    size = 2 * plant.n
+    C, D = space.C[:, :size], space.D[:, columns]
+    G, said = _feedback(plant, opened, item, calibration, C, D)
+    rows = opened.rows[f"{item.name}.signals"]
+    of_signals = _by_signals(plant, item, G, C[rows], D[rows])
+    found = {
+        name: _rounded(value)
+        for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
+        for name, value in zip(names_of_output, values_of_output, strict=True)
+    }
+    if any(item.references):
+        there = linear.reference
+        base = None if rest is None else rest.base
+        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base)
+        signals = next(iter(outputs.values()))[rows]
+        found |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
+    doubts = [] if rest is None else rest.doubts(any_kind=True)
+    what = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {said}"
+    return found, "; ".join((what, *doubts))
+
+
+def _check_reference(linear: Linearization) -> None:
+    """Raise ModelError where the linear model is none of second order about a balance."""
+    acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
+    if acceleration > _AT_REST:
+        what = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
+        raise ModelError(what, 'at = "equilibrium", or an initial state of rest or of steady motion')
+    if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
+        where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
+        what = f"forces depend on the internal states {where}, and these methods are for models of second order"
+        raise ModelError(what, "a controller without memory between, or gains of your own")
+
+
+def _feedback(
+    plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+) -> tuple[Array, str]:
+    """Return the gains of the state [q, v], (m, 2n), and what is to be said of them."""
+    if calibration.method == "lqr":
+        weights = _weights(plant, opened, item, calibration, C, D)
+        optimal = lqr(plant, weights)
+        G = np.hstack([optimal.G_p, optimal.G_v])
+        return G, slowest_motion(plant, G)
+    if calibration.poles:
+        placed = place(plant, calibration.poles)
+        G = np.hstack([placed.G_p, placed.G_v])
+        return G, slowest_motion(plant, G)
+    modes = modes_of(plant)
+    chosen = [number - 1 for number in calibration.modes] or list(range(min(plant.m, plant.n)))
+    known = [k for k in chosen if k < plant.n]
+    w, c = modes.frequencies[known], modes.damping[known]
+    if calibration.method == "imsc":
+        g, h = optimal_modal_gains(w, c, _each(calibration.effort_weights, len(known)))
+    else:
+        wanted, ratios = calibration.frequencies[: len(known)] or w, _each(calibration.damping_ratios, len(known))
+        g, h = placed_modal_gains(w, c, wanted, ratios)
+    modal = modal_feedback(plant, modes, chosen, _each(tuple(g), len(chosen)), _each(tuple(h), len(chosen)))
+    said = f"modes {', '.join(str(k + 1) for k in modal.controlled)}, spillover {modal.spillover:.2g}"
+    said += f", crosstalk {modal.crosstalk:.2g}" if modal.crosstalk else ""
+    missed = ""
+    if calibration.method == "pole_placement":
+        check_reach(item.name, plant, modal)
+        missed = not_reached(modal, wanted, ratios)
+    G = np.hstack([modal.G_p, modal.G_v])
+    return G, f"{said}; {missed}{slowest_motion(plant, G)}"
+
+
+def _each(numbers: Sequence[float], count: int) -> Array:
+    """Return one number for all, or one for each; modes that there are not are left to be refused by name."""
+    return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
+
+
+def _weights(plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array) -> Weights:
+    """Return the cost of efforts, coordinates, velocities, signals and outputs."""
+    efforts = calibration.effort_weights or (0.0,)
+    weights = Weights.of(plant, effort=_each(efforts, plant.m))
+    weighted: list[tuple[int, float]] = []
+    for kind, table in (("q", calibration.position_weights), ("v", calibration.velocity_weights)):
+        weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
+    first = opened.rows[f"{item.name}.signals"].start
+    weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
+    for name, weight in calibration.output_weights.items():
+        rows = opened.rows[name]
+        weighted += [(row, weight) for row in range(rows.start, rows.stop)]
+    if weighted:
+        rows_of, cost = zip(*weighted, strict=True)
+        weights = weights.plus_output(C[list(rows_of)], D[list(rows_of)], np.array(cost))
+    return weights
+
+
+def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
+    """Return the gains of signals that give the feedback G of the state, (m, signals).
+
+    Raises
+    ------
+    ModelError
+        Signals that do not tell all of the state that is fed back, or that depend on what the controller gives.
+    """
+    if np.any(Y_u):
+        signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
+        raise ModelError(f"the signal {signal} depends on what the controller gives at the same instant", "another signal")
+    there, back = plant.scales.state, plant.scales.state_back
+    scaled, wanted = Y @ back, G @ back
+    sizes = np.linalg.norm(scaled, axis=1)
+    sizes[sizes == 0.0] = 1.0
+    scaled = scaled / sizes[:, np.newaxis]
+    found = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
+    left = (wanted - found @ scaled) @ there
+    scale = np.abs(G).max(axis=0, initial=0.0)
+    total = float(np.linalg.norm(wanted))
+    if np.linalg.norm(wanted - found @ scaled) > _MISSING * total:
+        names = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
+        share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
+        missing = names[int(np.argmax(share))]
+        what = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not tell"
+        raise ModelError(what, f"{missing} among its signals, or its joint among its coordinates")
+    found[np.abs(found) < 1e-13 * np.abs(found).max(initial=0.0)] = 0.0
+    return np.asarray(found / sizes)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}") + 0.0
+

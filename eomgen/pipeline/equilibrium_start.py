@@ -1,0 +1,71 @@
+"""Generated C of a scene that starts at static equilibrium: the state of rest is found when the folder is made, not by the C."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from eomgen.errors import EomgenError
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Named, Program
+    from eomgen.compiled.model import Model
+    from eomgen.scene.scene import Scene
+
+#: Parameters that are named with their values.
+_LISTED = 12
+
+
+def settled(program: Program, scene: Scene, build: Callable[[list[str]], Model]) -> Program:
+    """Return a Program that starts where ``simulate`` does at the scene's own parameters, and says so.
+
+    Where no equilibrium can be found it starts as the joints say, and a RuntimeWarning as well as its README say that.
+
+    Parameters
+    ----------
+    build : callable
+        Builds the model in which the equilibrium is looked for, with the terms given.
+    """
+    try:
+        model = build(_terms_at_rest(scene))
+        found = model.equilibrium()
+        q, v = found.q, model.initial_v
+        if model.multipliers:
+            consistent = model.consistent(q, v)
+            q, v = consistent.q, consistent.v
+    except EomgenError as error:
+        problem = error.problems[0]
+        reason = f"{problem.where}: {problem.what}" if problem.where else problem.what
+        said = (
+            "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at the "
+            f"initial state of the joints. The reason: {reason}"
+        )
+        warnings.warn(f"{program.prefix}: {said}", RuntimeWarning, stacklevel=3)
+        return replace(program, start=f"{said}.")
+    left = f"below 1e{math.ceil(math.log10(found.acceleration))}" if found.acceleration else "zero"
+    said = f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
+    said += f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the joints."
+    for doubt in found.message.split("; ")[1:]:
+        said += f" Note: {doubt}."
+    if program.parameters or program.inputs:
+        said += " Other values have their equilibrium elsewhere, and the C does not look for it."
+    state = [tuple(map(float, values)) for values in (q, v, found.z)]
+    return replace(program, start=said, initial_q=state[0], initial_v=state[1], initial_z=state[2])
+
+
+def _terms_at_rest(scene: Scene) -> list[str]:
+    """Return what static equilibrium and a consistent start need, with constraints or without."""
+    kinematic = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
+    internal = ["internal_rate", "internal_partials"] if scene.states else []
+    return ["mass", "residual", "partials", "poses", *kinematic, *internal]
+
+
+def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:
+    """Return at which values the equilibrium was found."""
+    listed = ", ".join(f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED])
+    listed += f" and {len(parameters) - _LISTED} more" if len(parameters) > _LISTED else ""
+    at = f"at the default parameters ({listed})" if listed else "for the scene as it is"
+    return f"{at} and the inputs of the scene at t = 0" if inputs else at

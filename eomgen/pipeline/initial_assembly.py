@@ -1,0 +1,151 @@
+"""From a derived System to one that can start: redundant constraint rows left out, the initial state consistent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import ModelError
+from eomgen.solvers.consistency import (
+    Constrained,
+    Redundancy,
+    assemble,
+    check_left_out,
+    left_over,
+    redundancy,
+    split_sizes,
+)
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import InputSymbol
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
+
+Array = NDArray[np.float64]
+
+#: What is needed to find a consistent state, and the rows that say nothing new.
+NEEDED = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+#: How many other sets of parameters are looked at, and how far away they are, for what follows at the defaults alone.
+_NEIGHBOURS, _NEARBY = 2, 1e-3
+
+
+def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None) -> System:
+    """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
+
+    Parameters
+    ----------
+    derive : callable
+        Derives the System with the given terms and without the given rows.
+    terms : sequence of str, optional
+        The functions wanted.
+
+    Raises
+    ------
+    ModelError
+        The constraints contradict each other.
+    """
+    system = derive(NEEDED, ())
+    if not system.multipliers:
+        return derive(terms, ())
+    equations = constrained(system)
+    found = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
+    rows = redundancy(equations, found.q)
+    prescribed, locked = _without_freedom(system, equations, found.q, rows)
+    sensitive = _sensitive(system, equations, found.q, found.v, rows.dependent)
+    corrections = found.corrections()
+    if rows.dependent:  # what contradicts the others by a little no longer holds them off
+        found = assemble(equations.without(rows.dependent), found.q, found.v)
+    notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections, *found.deviations]
+    system = derive(terms, rows.dependent)
+    return replace(
+        system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),
+        warnings=(*system.warnings, *locked), left_out=sensitive,
+    )  # fmt: skip
+
+
+def _left_out(system: System, equations: Constrained, q: Array, found: Redundancy) -> list[str]:
+    """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly fit."""
+    off = left_over(equations, q, found.dependent)
+    by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
+    return [
+        f"{system.multipliers[row]} follows from the constraints before it and is left out{by.get(row, '')}"
+        for row in found.dependent
+    ]
+
+
+def _without_freedom(system: System, equations: Constrained, q: Array, found: Redundancy) -> tuple[list[str], list[str]]:
+    """Return what there is to say where rows leave no velocity free: that drivers prescribe the motion, or that there is none."""
+    kept = [row for row in range(len(system.multipliers)) if row not in found.dependent]
+    if len(kept) < system.nv:
+        return [], []
+    undriven = [row for row in range(len(system.multipliers)) if not _driven(system, row)]
+    if len(undriven) - len(redundancy(equations, q, rows=undriven).dependent) < system.nv:
+        drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
+        return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
+    almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in found.hardly.items())
+    what = f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each other"
+    hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
+    return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
+
+
+def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:
+    """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen nearby.
+
+    Rows are analytic in the parameters that enter them: what follows at arbitrary values nearby does so at all.
+    """
+    rows = [system.functions[name] for name in ("constraint", "constraint_velocity") if name in system.functions]
+    refs = [ref for function in rows for ref in function.refs]
+    entering = [symbol.index for symbol in system.tape.depends_on(refs) if symbol.block == "p"] if left_out else []
+    if not entering:
+        return ()
+    names = tuple(system.multipliers[row] for row in left_out)
+    defaults = np.array([parameter.value for parameter in system.parameters])
+    extent = float(np.max(equations.sizes(q, 0.0)[1], initial=0.0)) or 1.0
+    generator = np.random.default_rng(3)
+    for _ in range(_NEIGHBOURS):
+        nearby = defaults.copy()
+        nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
+        other = constrained(system, nearby)
+        try:
+            found = assemble(other.without(left_out), q, v)
+            check_left_out(other, names, found.q, found.v)
+        except ModelError:
+            return names
+    return ()
+
+
+def _driven(system: System, row: int) -> bool:
+    """Return whether a row says what moves as time goes by, whatever the base does."""
+    level = row < system.holonomic
+    ref = system.functions["constraint" if level else "constraint_velocity"].refs[row]
+    return InputSymbol("t", 0) in system.tape.depends_on([ref])
+
+
+def constrained(system: System, parameters: Array | None = None) -> Constrained:
+    """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,)."""
+    defaults = np.array([parameter.value for parameter in system.parameters]) if parameters is None else parameters
+
+    def at(function: str, t: float, **state: Array) -> Array:
+        inputs: dict[str, Any] = {"p": defaults, **state, "t": np.array([t])}
+        with np.errstate(all="ignore"):  # what is not finite is reported by name where it is used
+            if "base" in system.functions[function].inputs:
+                inputs["base"] = np.array(evaluate(system.tape, system.functions["base"].refs, inputs))
+            return np.array(evaluate(system.tape, system.functions[function].refs, inputs), dtype=float)
+
+    rows, nv = len(system.multipliers), system.nv
+    return Constrained(
+        factors=system.factors,
+        names=system.multipliers,
+        units=system.row_units,
+        angular=np.array(system.angular, dtype=bool),
+        holonomic=system.holonomic,
+        constraint=lambda q, t: at("constraint", t, q=q) if system.holonomic else np.zeros(0),
+        velocity=lambda q, v, t: at("constraint_velocity", t, q=q, v=v),
+        jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
+        mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
+        sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
+    )

@@ -1,0 +1,385 @@
+"""The road from a description to a running model: load, derive, generate, build."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from eomgen.calls import checked_call
+from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
+from eomgen.scene.scene import Scene
+from eomgen.system.terms import TERMS, nearest_term
+from eomgen.text import shown
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from eomgen.codegen.program import Program
+    from eomgen.compiled.model import Model
+    from eomgen.integrators.families.generalized_alpha import Method
+    from eomgen.solvers.consistency import Constrained
+    from eomgen.system.system import System
+    from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.library import Library
+
+#: A scene, the path of one, or nested data as a scene file holds them.
+Described = Scene | str | os.PathLike[str] | Mapping[str, Any]
+
+
+@checked_call('eomgen.load("scene.toml")')
+def load(
+    path: Described,
+    *,
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+) -> Scene:
+    """Read a scene from a ``.toml`` or ``.urdf`` file, or from what such a file holds.
+
+    Parameters
+    ----------
+    path : path, mapping or Scene
+        A mapping holds what a scene file holds; a Scene is returned as it is.
+    strict : bool
+        Refuse what an importer would leave out with a note.
+    root : str
+        For URDF: whether the root link is ``fixed`` to the base or ``free``.
+    lock : sequence of str
+        For URDF: moving joints to be fixed at zero.
+    limits : bool
+        For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
+    friction : bool
+        For URDF: take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+
+    Raises
+    ------
+    FileError, DescriptionError, UsageError
+    """
+    if not isinstance(path, str | os.PathLike):
+        urdf = {"root": root != "fixed", "lock": bool(lock), "limits": limits, "friction": friction}
+        return _given_scene(path, [name for name, given in urdf.items() if given], coordinates)
+    from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
+
+    return reader.load(
+        Path(path), strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
+    )
+
+
+@checked_call("a scene or the path of one")
+def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
+    """Derive the symbolic System of a scene in separated form.
+
+    Parameters
+    ----------
+    terms : sequence of str, optional
+        The functions wanted; the scene's own list, or all that it can use, by default.
+
+    Raises
+    ------
+    UsageError, DescriptionError, ModelError
+        DescriptionError where a drive, or the law of the base, jumps.
+    """
+    _check_terms(terms)
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+    from eomgen.mechanics.prescribed_motion import check_laws  # noqa: PLC0415
+    from eomgen.pipeline.initial_assembly import ready  # noqa: PLC0415
+
+    described = as_scene(scene)
+    check_laws(described)
+    if not described.constraints and described.coordinates != "absolute":
+        return mechanics.derive(described, terms)
+    return ready(partial(mechanics.derive, described), terms)
+
+
+@checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
+def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None) -> list[Path]:
+    """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
+
+    Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was found.
+
+    Parameters
+    ----------
+    folder : path
+        New, empty, or written by eomgen before.
+    terms, method
+        As in ``build``.
+
+    Raises
+    ------
+    ModelError, FileError
+    """
+    from eomgen.codegen.targets.c.target import generate_files, write_folder  # noqa: PLC0415
+
+    scene = as_scene(scene)
+    program = _program(scene, terms, method)[0]
+    if scene.simulation.start == "equilibrium":
+        from eomgen.pipeline.equilibrium_start import settled  # noqa: PLC0415
+
+        program = settled(program, scene, lambda needed: build(scene, needed, profile="reproducible"))
+    files = generate_files(program)
+    written = write_folder(files, folder)
+    return [written / name for name in sorted(files)]
+
+
+@checked_call("a scene or the path of one", path="scene", dtype="real", precision="real")
+def build(
+    scene: Described,
+    terms: Sequence[str] | None = None,
+    *,
+    method: str | None = None,
+    profile: str = "fast",
+    real: str = "double",
+) -> Model:
+    """Return the compiled model of a scene, from the cache where nothing has changed.
+
+    Parameters
+    ----------
+    scene : Scene, path, or mapping
+        A mapping holds what a scene file holds: ``{"format": 1, "name": ..., "bodies": {...}, ...}``.
+    terms : sequence of str, optional
+        Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
+    method : str, optional
+        Whose stepper is compiled in, and the one that ``simulate`` takes unless it is told another; the scene's by default.
+        Others are compiled when ``simulate`` asks for them.
+    profile : str
+        ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
+    real : str
+        Number type of the compiled code: ``double`` or ``float``.
+
+    Raises
+    ------
+    UsageError, DescriptionError, ModelError, ToolchainError, FileError
+
+    Warns
+    -----
+    RuntimeWarning
+        Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
+    """
+    _check_terms(terms)
+    from eomgen.compiled.model import Model  # noqa: PLC0415
+    from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+    from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
+
+    scene = as_scene(scene)
+    if real not in ("double", "float"):
+        raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
+    library = _library(scene, terms, _method_name(scene, method), profile, real)
+    constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
+    start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
+    there = [function["name"] for function in library.layout["functions"]]
+    long = not constrained and not scene.states and "iteration" in there
+
+    def stepper(other: str) -> Library:
+        """Return a library with another method's stepper; of long trees without their dense partials."""
+        needed = terms_of(other, constrained, bool(scene.states), "mass" in there)
+        return _library(scene, [("iteration" if long and term == "partials" else term) for term in needed], other, profile, real)
+
+    def built(others: Sequence[str]) -> Model:
+        return build(scene, others, method=method, profile=profile, real=real)
+
+    for note in library.layout["notes"] if "forward_dynamics" in there else ():
+        if note.startswith(UNRESISTED):
+            warnings.warn(f"{scene.name}: {note}", RuntimeWarning, stacklevel=2)
+    return Model(scene, library, stepper, start, built, _gains_of(scene), functools.cache(lambda: _every_row(scene)))
+
+
+def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]] | None:
+    """Return what finds the calibrated parameters of a scene at values of the others; None where there are none."""
+    if not any(item.calibration for item in scene.feedback):
+        return None
+
+    def gains(parameters: Mapping[str, float]) -> dict[str, float]:
+        from eomgen.pipeline import calibration  # noqa: PLC0415  # SciPy comes with it
+
+        return calibration.gains(scene, parameters, _linearizable)[0]
+
+    return gains
+
+
+def _linearizable(scene: Scene, terms: list[str]) -> Model:
+    """Return a model from which gains are found: the same bits everywhere."""
+    return build(scene, terms, profile="reproducible")
+
+
+def _every_row(scene: Scene) -> Callable[[NDArray[np.float64]], Constrained]:
+    """Return what gives the constraints of a scene with all their rows, those included that were left out, at parameters."""
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+    from eomgen.pipeline.initial_assembly import NEEDED, constrained  # noqa: PLC0415
+
+    system = mechanics.derive(scene, NEEDED, ())
+    return lambda parameters: constrained(system, parameters)
+
+
+def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
+    """Return q and v of absolute bodies where the joints' initial state has them, at other values of tunable parameters."""
+    from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
+    from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415
+
+    changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
+    return absolute_start(Derivation(replace(scene, parameters=changed)))
+
+
+def as_scene(scene: Described) -> Scene:
+    """Return a scene as it is, read from a path, or made of nested data."""
+    return load(scene) if isinstance(scene, str | os.PathLike) else _given_scene(scene, [], None)
+
+
+def _given_scene(
+    scene: Scene | Mapping[str, Any], urdf: Sequence[str], coordinates: Literal["joint", "absolute"] | None
+) -> Scene:
+    """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into.
+
+    Parameters
+    ----------
+    urdf : options of URDF files that were given
+    coordinates : as of ``load``
+    """
+    if urdf:
+        raise UsageError(Problem("load", f"{', '.join(urdf)}: for URDF files only", "the path of a .urdf file, or none of them"))
+    if isinstance(scene, Scene):
+        if coordinates not in (None, scene.coordinates):
+            what = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
+            raise UsageError(Problem("coordinates", what, "the path or the mapping that it was read from"))
+        return scene
+    if isinstance(scene, Mapping):
+        from eomgen.scene.document.assemble import from_data  # noqa: PLC0415  # pydantic comes with it
+
+        return from_data(scene, coordinates=coordinates)
+    kind = type(scene).__name__
+    if kind == "SceneBuilder":
+        raise UsageError("a SceneBuilder collects a scene, which its method build returns", "builder.build()")
+    hint = "eomgen.load, SceneBuilder(...).build(), or a path"
+    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind}", hint)
+
+
+def _check_terms(terms: Sequence[str] | None) -> None:
+    """Raise UsageError for terms that there are not."""
+    if isinstance(terms, str):
+        raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f'terms=["{terms[:64]}"]')
+    unknown = [name for name in terms or () if name not in TERMS]
+    if unknown:
+        every = ", ".join(shown(name) for name in unknown)
+        hint = " and ".join(dict.fromkeys(nearest_term(str(name)) for name in unknown[:3]))
+        raise UsageError(f"no term is called {every}", hint)
+
+
+def _method_name(scene: Scene, method: str | None) -> str:
+    """Return the method asked for, or the scene's. Raises UsageError or DescriptionError when there is none of that name."""
+    from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
+
+    if method is not None:
+        return canonical_name(method)
+    try:
+        return canonical_name(scene.simulation.method)
+    except UsageError as error:
+        place = scene.source.get("simulation.method", scene.name)
+        raise DescriptionError([Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]) from None
+
+
+def _method(scene: Scene, method: str | None) -> Method:
+    """Return a method with the scene's parameters, as far as it can bear them: those of the run are settings of the stepper.
+
+    Raises DescriptionError when the scene's own method cannot.
+    """
+    from eomgen.integrators.methods import method_named, method_parameters  # noqa: PLC0415
+
+    name = _method_name(scene, method)
+    try:
+        return method_named(name, **method_parameters(name, {}, vars(scene.simulation)))
+    except UsageError as error:
+        if name != _method_name(scene, None):
+            return method_named(name)
+        problems = []
+        for p in error.problems:
+            key = p.where.replace("method.", "simulation.")
+            key = key if key in scene.source else "simulation.method"
+            problems.append(Problem(f"{scene.source.get(key, scene.name)} ({key})", p.what, p.hint))
+        raise DescriptionError(problems) from None
+
+
+def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
+    """Return the Program, and why it has no stepper where it has none."""
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+    from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
+
+    chosen = _method(scene, method)
+    if any(item.calibration for item in scene.feedback):
+        from eomgen.pipeline.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
+
+        scene = calibrated(scene, _linearizable)
+    system = derive(scene, terms)
+    try:
+        return to_program(system, method_data(chosen, system, scene.simulation.step)), ""
+    except ModelError as error:
+        return to_program(system), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
+
+
+def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: str, real: str) -> Library:
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
+
+    builder = Builder(profile=profile, real=real)
+    content = _content(scene, terms, method)
+    found = builder.find(content)
+    if found is not None:
+        return found
+    with builder.claim(content):
+        return builder.find(content) or _made(scene, terms, method, builder, content)
+
+
+def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Builder, content: bytes) -> Library:
+    """Return the library of a scene, derived and compiled."""
+    from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
+    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import generate_files, generate_interface  # noqa: PLC0415
+
+    program, refusal = _program(scene, terms, method)
+    files = generate_files(program)
+    layout: dict[str, Any] = {
+        **interface_layout(program),
+        "stepper_refused": refusal,
+        "built_method": method,
+    }
+    return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
+
+
+def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
+    """Return all that determines the library, the compiler aside, without deriving anything."""
+    import eomgen  # noqa: PLC0415  # the door may import this module
+
+    if not scene.content:
+        raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
+    options = {
+        "terms": list(terms) if terms is not None else None,
+        "method": method,
+        "version": eomgen.__version__,
+        "code": _code_stamp(),
+    }
+    return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()
+
+
+def _code_stamp() -> str:
+    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when installed."""
+    package = Path(__file__).resolve().parents[1]
+    templates = package.parent / "templates"
+    if not templates.is_dir():
+        return ""
+    digest = hashlib.sha256()
+    for file in (*sorted(package.rglob("*")), *sorted(templates.rglob("*"))):
+        if file.suffix in (".py", ".jinja"):
+            status = file.stat()
+            digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""What runs and analyses leave: solutions, dense output, plots, tables, animations."""

@@ -1,0 +1,165 @@
+"""States between the recorded rows of a solution, on the manifold and to the order of the method.
+
+After Taylor steps with the model at hand, they are states of the method itself: a step from the row before. Otherwise
+a quintic in the algebra gives q, and v of explicit methods. Each derivative of a curve between values that agree to order p only
+loses an order, so accelerations are not its second derivative: they go through the recorded ones, by the cubic through four rows
+after explicit methods of order 4, and after generalized-alpha as the derivative of v, a cubic through v and a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.errors import Problem, UsageError
+from eomgen.lie import product
+from eomgen.lie.interpolation import cubic, group_curve
+
+Array = NDArray[np.float64]
+Index = NDArray[np.integer[Any]]
+_BATCH = 4096
+
+
+class State(NamedTuple):
+    """Time (...), configuration (..., nq), velocity and acceleration (..., nv), internal states (..., nz)."""
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+
+
+class Rows(NamedTuple):
+    """Recorded rows: t (nt,), q, v, a, z."""
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+
+
+#: From rows, times (n,) and the rows before them to q, v, a and z.
+Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
+
+
+@dataclass(frozen=True)
+class StoredFactor:
+    """A factor of the configuration, as a solution keeps it."""
+
+    group: str
+    q_start: int
+    q_size: int
+    v_start: int
+    v_size: int
+
+
+def factors_of(metadata: Mapping[str, Any]) -> list[StoredFactor]:
+    """Return the factors that a solution's metadata hold. Raises UsageError where they do not."""
+    if "factors" not in metadata:
+        what = "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
+        raise UsageError(Problem("at", what, "a solution of simulate"))
+    return [StoredFactor(*entry) for entry in metadata["factors"]]
+
+
+def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
+    """Return the state at times within the recorded rows, by ``between`` where there is such a way.
+
+    Raises
+    ------
+    UsageError
+        Times outside, values that are not finite, a single row, or rows so far apart that a body may turn by half a turn between.
+    """
+    times = numbers("t", t)
+    check_finite("t", times)
+    factors = factors_of(metadata)
+    flat = times.ravel()
+    if len(rows.t) == 1 and np.all(flat == rows.t[0]):
+        return State(times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:]))
+    if len(rows.t) < 2:
+        raise UsageError(Problem("at", f"the solution has {len(rows.t)} row, two are needed", "a run that made a step"))
+    first, last = rows.t[0], rows.t[-1]
+    slack = 1e-9 * (rows.t[1] - first)
+    outside = (flat < first - slack) | (flat > last + slack)
+    if np.any(outside):
+        what = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s"
+        raise UsageError(Problem("at", what, "times within it, or a longer run"))
+    index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
+    parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
+    if between is None:
+        _check_turns(rows, factors, np.unique(index))
+        explicit = str(metadata.get("method", "")).startswith(("rk4", "taylor", "hermite"))
+        pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
+    else:
+        pieces = [between(rows, flat[part], index[part]) for part in parts]
+    q, v, a, z = (np.concatenate(part).reshape(*times.shape, part[0].shape[1]) for part in zip(*pieces, strict=True))
+    return State(times, q, v, a, z)
+
+
+def _between(
+    rows: Rows, factors: Sequence[StoredFactor], t: Array, index: Index, explicit: bool
+) -> tuple[Array, Array, Array, Array]:
+    after = index + 1
+    duration = rows.t[after] - rows.t[index]
+    s = np.clip((t - rows.t[index]) / duration, 0.0, 1.0)
+    ends = [(rows.q[k], rows.v[k], rows.a[k]) for k in (index, after)]
+    q, v, a = group_curve(factors, ends[0], ends[1], duration, s)
+    if explicit:
+        a = _through_neighbours(rows.t, rows.a, t, index)
+    else:
+        v, a = cubic(ends[0][1:], ends[1][1:], duration, s)
+    poses = sum(factor.q_size for factor in factors)
+    q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)  # references of angles, near enough to tell turns
+    return q, v, a, _through_neighbours(rows.t, rows.z, t, index)
+
+
+def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Array:
+    """Return values by the cubic through the four rows nearest."""
+    count = min(4, len(t))
+    start = np.clip(index - 1, 0, len(t) - count)
+    nodes = [t[start + k] for k in range(count)]
+    result = np.zeros((len(at), values.shape[1]))
+    for k in range(count):
+        weight = np.ones(len(at))
+        for other in range(count):
+            if other != k:
+                weight *= (at - nodes[other]) / (nodes[k] - nodes[other])
+        result += weight[:, np.newaxis] * values[start + k]
+    return result
+
+
+def _check_turns(rows: Rows, factors: Sequence[StoredFactor], index: Index) -> None:
+    """Raise UsageError where a body may turn by half a turn between two rows: the way round would be a guess."""
+    duration = rows.t[index + 1] - rows.t[index]
+    for factor in factors:
+        if factor.group == "R":
+            continue
+        part = slice(factor.v_start, factor.v_start + 3)
+        speed = np.maximum(np.linalg.norm(rows.v[index][:, part], axis=1), np.linalg.norm(rows.v[index + 1][:, part], axis=1))
+        if np.any(turns := speed * duration > np.pi):
+            k = int(np.argmax(turns))
+            what = f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g} s"
+            raise UsageError(Problem("at", what, "a smaller record_every: less than half a turn between rows"))
+
+
+def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
+    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a, and z if any.
+
+    Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
+    """
+    if len(rows.t) < 7:
+        raise UsageError(Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)}", "a longer run"))
+    kept = Rows(*(array[::3] for array in rows))
+    left_out = [k for k in range(3 * len(kept.t) - 3) if k % 3]
+    found = state_at(kept, metadata, rows.t[left_out])
+    q = product.difference(factors_of(metadata), rows.q[left_out], found.q)
+    errors = {"q": q, "v": found.v - rows.v[left_out], "a": found.a - rows.a[left_out]}
+    if rows.z.shape[1]:
+        errors["z"] = found.z - rows.z[left_out]
+    return {name: float(np.max(np.abs(error), initial=0.0)) for name, error in errors.items()}

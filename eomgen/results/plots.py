@@ -1,0 +1,203 @@
+"""Plots of a solution: coordinates, velocities, outputs and energies over time, as PNG."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import FileError, Problem
+
+if TYPE_CHECKING:
+    from eomgen.results.solution import Solution
+
+Array = NDArray[np.float64]
+
+#: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
+_CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Smaller changes are shown as none: they are rounding errors.
+_FLAT = 1e-12
+#: What is measured in a unit, as far as the unit alone says it; coordinates of joints and bodies say more.
+_QUANTITIES = {
+    "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
+    "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
+}  # fmt: skip
+_COORDINATES = {"m": "position", "1": "quaternion"}
+#: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
+_DASHED = 3
+#: Energies are drawn as changes where the largest change is less than this part of the values or of the gaps between them.
+_OFFSET = 0.2
+#: Letters in one line of a legend.
+_LEGEND = 34
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One component over time."""
+
+    name: str
+    unit: str
+    values: Array
+    quantity: str = ""
+    output: str = ""
+    description: str = ""
+
+
+def draw(solution: Solution, folder: Path) -> list[Path]:
+    """Draw ``coordinates.png``, ``velocities.png``, and ``states.png``, ``outputs.png`` and ``energy.png`` where there are any.
+
+    Raises
+    ------
+    FileError
+        A figure cannot be written.
+    """
+    names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
+    figures = {
+        "coordinates": _curves(solution.q, names.get("q", []), units.get("q", []), _COORDINATES),
+        "velocities": _curves(solution.v, names.get("v", []), units.get("v", [])),
+        "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
+        "outputs": _outputs(solution, units.get("outputs", {})),
+        "energy": _energies(solution),
+    }
+    title = str(solution.metadata.get("scene", ""))
+    return [_figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png") for name, curves in figures.items() if curves]
+
+
+def _curves(
+    table: Array, names: Sequence[str], units: Sequence[str], quantities: Mapping[str, str] | None = None
+) -> list[Curve]:
+    known = quantities or {}
+    columns = zip(names, units, table.T, strict=True)
+    return [Curve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
+
+
+def _energies(solution: Solution) -> list[Curve]:
+    """Return energies and powers; energies as changes from the start where an offset would press them flat."""
+    powers = [Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)]
+    energies = {name: values for name, values in solution.energy.items() if "power" not in name}
+    if not energies:
+        return powers
+    table = np.stack(list(energies.values()))
+    change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
+    if 1e-9 * size < change < _OFFSET * size:
+        drawn = [Curve(name, "J", values - values[0], "change of energy from the start") for name, values in energies.items()]
+    else:
+        drawn = [Curve(name, "J", values) for name, values in energies.items()]
+    return drawn + powers
+
+
+def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
+    meaning = solution.metadata.get("outputs", {})
+    curves = []
+    for name, array in solution.outputs.items():
+        table = array[:, np.newaxis] if array.ndim == 1 else array
+        several = table.shape[1] > 1
+        curves += [
+            Curve(
+                f"{name}[{index}]" if several else name, units.get(name, ""), table[:, index],
+                meaning.get(name, {}).get("quantity", ""), name, meaning.get(name, {}).get("description", ""),
+            )
+            for index in range(table.shape[1])
+        ]
+    return curves
+
+
+def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
+    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not cut."""
+    alike: dict[tuple[str, str], list[Curve]] = {}
+    for curve in curves:
+        alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
+    panels = []
+    for group in alike.values():
+        count = -(-len(group) // _CURVES)
+        size = -(-len(group) // count)
+        whole = [list(part) for _, part in groupby(group, key=lambda curve: curve.output or curve.name)]
+        if max(map(len, whole)) == 1 or max(map(len, whole)) > _CURVES:
+            panels += [group[start : start + size] for start in range(0, len(group), size)]
+            continue
+        panel: list[Curve] = []
+        for part in whole:
+            if len(panel) + len(part) > _CURVES:
+                panels.append(panel)
+                panel = []
+            panel = panel + part
+        panels.append(panel)
+    return panels
+
+
+def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    panels = _panels(curves)
+    shown = panels[:_PANELS]
+    columns = 1 if len(shown) <= 3 else 2
+    rows = -(-len(shown) // columns)
+    figure = Figure(figsize=(9.0 if columns == 1 else 15.0, 0.6 + 2.9 * rows), layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    axes = np.atleast_1d(figure.subplots(rows, columns, sharex=True, squeeze=False)).ravel()
+    for axis, panel in zip(axes, shown, strict=False):
+        _panel(axis, t, panel)
+    for axis in axes[len(shown) :]:
+        axis.set_visible(False)
+    for axis in axes[max(0, len(shown) - columns) : len(shown)]:
+        axis.set_xlabel("time, s")
+        axis.tick_params(labelbottom=True)
+    figure.align_ylabels(list(axes[: len(shown)]))
+    hidden = sum(len(panel) for panel in panels[_PANELS:])
+    figure.suptitle(title + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""), fontsize=11)
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise FileError(
+            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder, or --no-plots")
+        ) from None
+    return path
+
+
+def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
+    outputs = {curve.output: curve.description for curve in panel}
+    alone = len(outputs) == 1
+    for number, (curve, colour) in enumerate(zip(panel, _COLOURS, strict=False)):
+        meant = "" if alone or (curve.name.endswith("]") and not curve.name.endswith("[0]")) else curve.description
+        label = textwrap.fill(f"{curve.name}: {meant}" if meant else curve.name, _LEGEND)
+        style = "--" if number >= _DASHED else "-"
+        axis.plot(*_thinned(t, curve.values), label=label, color=colour, linewidth=1.3, linestyle=style)
+    axis.set_ylabel(_label(panel, alone))
+    if alone and panel[0].description:
+        axis.set_title(panel[0].description, fontsize=10, loc="left")
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.margins(x=0.0)
+    low, high = axis.get_ylim()
+    if high - low < _FLAT:
+        axis.set_ylim(0.5 * (low + high) - _FLAT, 0.5 * (low + high) + _FLAT)
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=9)
+
+
+def _label(panel: Sequence[Curve], alone: bool) -> str:
+    """Return what the panel shows over its unit: the quantity that is known of it, else the name where there is one."""
+    first = panel[0]
+    named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
+    what = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
+    return what if first.unit in ("", "1") else f"{what}, {first.unit}"
+
+
+def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
+    """Return the smallest and the largest value of every bin where there are more points than can be seen."""
+    if len(t) <= 2 * _POINTS:
+        return t, values
+    size = -(-len(t) // _POINTS)
+    whole = len(t) // size * size
+    bins = values[:whole].reshape(-1, size)
+    ends = np.stack([bins.argmin(axis=1), bins.argmax(axis=1)], axis=1)
+    chosen = (np.sort(ends, axis=1) + np.arange(len(bins))[:, np.newaxis] * size).ravel()
+    chosen = np.unique(np.concatenate([[0], chosen, [len(t) - 1]]))
+    return t[chosen], values[chosen]

@@ -1,0 +1,297 @@
+"""Solution: what a simulation gives, how it ended, and its two file formats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.compiled.coordinates import component_names
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.files import read_arrays, write_arrays, write_table
+from eomgen.results.dense_output import Between, Rows, State, largest_errors, state_at
+from eomgen.simulation.settings import number_of
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
+
+Array = NDArray[np.float64]
+
+
+class Seen(NamedTuple):
+    """What a picture of a run needs: pose of each body (nt, 7), and what ``scenery.scenery`` says of the scene."""
+
+    poses: Mapping[str, Array]
+    scenery: Mapping[str, Any]
+
+
+@checked_calls('eomgen.Solution.load("run.npz"), or what model.simulate returns')
+@dataclass(frozen=True, repr=False, eq=False)
+class Solution:
+    """States, outputs and energies at the recorded times.
+
+    Attributes
+    ----------
+    t : (nt,) s
+    q : (nt, nq); quaternions (w, x, y, z)
+    v, a : (nt, nv); velocities (body axes, angular first) and their time derivatives
+    z : (nt, nz); internal states
+    multipliers : (nt, number of constraints)
+    outputs : name -> (nt,) or (nt, size)
+    energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
+    stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is known
+    success : False when the run ended before its time; ``message`` says why, where, and what to try
+    metadata : scene, version, method, step, parameters, names and units of components
+    see : gives what pictures show, when it is first asked for; None where it is not known
+    between : gives states between rows by the method itself; None where they are interpolated
+    evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
+    linear : likewise the linear model about a ``State``
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+    multipliers: Array
+    outputs: Mapping[str, Array] = field(default_factory=dict)
+    energy: Mapping[str, Array] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    message: str = ""
+    success: bool = True
+    interrupted: bool = False
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+    see: Callable[[], Seen] | None = None
+    evaluate: Callable[[State], dict[str, Array]] | None = None
+    linear: Callable[[State], Linearization] | None = None
+    between: Between | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outputs", ByName("output", self.outputs))
+        object.__setattr__(self, "energy", ByName("energy", self.energy))
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    def __repr__(self) -> str:
+        return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
+        return {**vars(self), "see": None, "evaluate": None, "linear": None, "between": None}
+
+    @cached_property
+    def seen(self) -> Seen:
+        """Poses and scenery together; see ``poses``."""
+        if self.see is None:
+            what = "it was stored without poses of bodies, so there is nothing to draw"
+            hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
+            raise UsageError(Problem("solution", what, hint))
+        return self.see()
+
+    @property
+    def poses(self) -> Mapping[str, Array]:
+        """Pose of each body at all times: name -> (nt, 7), quaternion (body to world axes) and position in the world.
+
+        With the name ``base`` that of the base, where it moves. Evaluated by the compiled model when first asked for.
+
+        Raises
+        ------
+        UsageError
+            The model was built without the term ``poses``, or the file was written without them.
+        """
+        return self.seen.poses
+
+    def animate(self, path: str | Path) -> Path:
+        """Write the motion as one HTML file that needs nothing but a browser; see ``runtime.animation.write_animation``."""
+        from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
+
+        return write_animation(self, path)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a whole.
+
+        An ``.npz`` holds the poses of the bodies too, where the model can give them; a table does not.
+
+        Raises
+        ------
+        UsageError
+            Another suffix.
+        FileError
+            The disk is full or the path cannot be written.
+        """
+        path = Path(path)
+        if path.suffix == ".npz":
+            seen = self._seen_or_none()
+            poses = {f"poses.{name}": array for name, array in seen.poses.items()} if seen else {}
+            shown = {"scenery": seen.scenery} if seen else {}
+            write_arrays(path, {**self._arrays(), **poses}, {**self.metadata, **self._outcome(), **shown})
+        elif path.suffix == ".csv":
+            columns = self.columns()
+            write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+        else:
+            kind = path.suffix or "a file without a suffix"
+            raise UsageError(Problem(str(path), f"a solution cannot be saved as {kind}", ".npz or .csv"))
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> Solution:
+        """Read a solution from an ``.npz`` file.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read or is not a solution.
+        """
+        arrays, metadata = read_arrays(Path(path))
+        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}, "poses": {}}
+        plain: dict[str, Array] = {}
+        for name, array in arrays.items():
+            group, _, member = name.partition(".")
+            if member:
+                groups.setdefault(group, {})[member] = array
+            else:
+                plain[name] = array
+        try:
+            outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
+            states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
+        except KeyError as error:
+            raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+        rows = np.shape(states["t"])
+        if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
+            raise FileError(Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together"))
+        wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
+        if wrong:
+            what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
+            raise FileError(Problem(str(path), what))
+        scenery = metadata.pop("scenery", None)
+        see = None if scenery is None else lambda: Seen(groups["poses"], scenery)
+        return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata, see=see)
+
+    def at(self, t: ArrayLike) -> State:
+        """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
+
+        q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its order 4 and
+        generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows; ``taylor`` takes
+        a step from the row before, to its tolerance, unless the solution comes from a file or from another process;
+        ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
+
+        Raises
+        ------
+        UsageError
+            Times outside the solution, or half a turn or more between two rows.
+        """
+        return state_at(self._rows, self.metadata, t, self.between)
+
+    def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
+        """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.
+
+        Internal states, inputs and parameters are those of the run.
+
+        Raises
+        ------
+        UsageError
+            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+        """
+        if self.evaluate is None:
+            what = "the outputs between rows need the model and the inputs of the run, which a stored solution does not hold"
+            hint = "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of the run"
+            raise UsageError(Problem("outputs_at", what, hint))
+        return self.evaluate(self.at(t))
+
+    def linearize(self, t: float) -> Linearization:
+        """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
+
+        Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints where there
+        are any. Inputs and parameters are those of the run.
+
+        Raises
+        ------
+        UsageError
+            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+        """
+        if self.linear is None:
+            what = "a linear model needs the model and the inputs of the run, which a stored solution does not hold"
+            hint = "s = solution.at(t), then model.linearize(s.q, s.v, t=s.t, u=..., z=s.z, parameters=...) with those of the run"
+            raise UsageError(Problem("linearize", what, hint))
+        return self.linear(self.at(number_of("t", t)))
+
+    def interpolation_error(self) -> dict[str, float]:
+        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
+
+        That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
+        """
+        return largest_errors(self._rows, self.metadata)
+
+    @property
+    def _rows(self) -> Rows:
+        return Rows(self.t, self.q, self.v, self.a, self.z)
+
+    def followed_by(self, later: Solution) -> Solution:
+        """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and ``later``.
+
+        The rows are those of a run in one piece. Raises UsageError where the parts are not of one run.
+        """
+        same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
+        other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
+        if other or not len(later.t) or later.t[0] > self.t[-1]:
+            what = f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ"
+            if not other:
+                what = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
+            raise UsageError(Problem("followed_by", what, "the solution of the run that wrote the checkpoint"))
+        step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
+        on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
+        head, tail = self.t < later.t[0], slice(0 if on_grid or len(later.t) == 1 else 1, None)
+
+        def joined(first: Array, second: Array) -> Array:
+            return np.concatenate([first[head], second[tail]])
+
+        wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
+        def seen() -> Seen:
+            poses = {name: joined(self.poses[name], array) for name, array in later.poses.items()}
+            return Seen(poses, later.seen.scenery)
+
+        return replace(
+            later, see=seen, t=joined(self.t, later.t),
+            q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
+            z=joined(self.z, later.z), multipliers=joined(self.multipliers, later.multipliers),
+            stats={**later.stats, "wall_time": wall},
+            outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
+            energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
+        )  # fmt: skip
+
+    def columns(self) -> dict[str, Array]:
+        """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""
+        names: Mapping[str, list[str]] = self.metadata.get("names", {})
+        columns = {"t": self.t}
+        for letter, array in (("q", self.q), ("v", self.v), ("a", self.a), ("z", self.z), ("multipliers", self.multipliers)):
+            labels = names.get(letter) or component_names("", letter, array.shape[1])
+            if len(labels) != array.shape[1]:
+                labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
+            columns |= {label: array[:, index] for index, label in enumerate(labels)}
+        for name, array in self.outputs.items():
+            table = array[:, np.newaxis] if array.ndim == 1 else array
+            columns |= {label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))}
+        return columns | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def _seen_or_none(self) -> Seen | None:
+        try:
+            return self.seen
+        except EomgenError:  # what cannot be drawn can still be kept
+            return None
+
+    def _arrays(self) -> dict[str, Array]:
+        arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}
+        arrays |= {f"outputs.{name}": array for name, array in self.outputs.items()}
+        return arrays | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def _outcome(self) -> dict[str, Any]:
+        return {"stats": dict(self.stats), "message": self.message, "success": self.success, "interrupted": self.interrupted}

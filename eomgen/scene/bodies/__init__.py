@@ -1,0 +1,1 @@
+"""Rigid bodies and beams: what the user writes, and what they become."""

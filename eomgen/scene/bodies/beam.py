@@ -1,0 +1,106 @@
+"""Euler-Bernoulli beams: bodies that bend, stretch and twist as far as the scene asks for it.
+
+The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its frame is where its joint carries it.
+A material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times elastic coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from eomgen.scene.formula.nodes import Formula, Number
+
+DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]
+Ends = Literal["clamped_free", "free_free", "pinned_pinned"]
+ShapeFunctions = Literal["clamped_free", "free_free", "pinned_pinned", "polynomial", "finite_elements"]
+Normalisation = Literal["natural", "mean_square", "unit"]
+
+#: Order in which the elastic coordinates of a beam come.
+KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "torsion")
+
+#: Of the length of a beam: what is this little beyond one of its ends is at that end.
+AT_END = 1e-6
+
+_ZERO: Formula = Number(0.0)
+_ONE: Formula = Number(1.0)
+
+
+@dataclass(frozen=True)
+class Deformation:
+    """One family of elastic coordinates.
+
+    Attributes
+    ----------
+    kind : ``bending_y`` deflects along the beam's y axis, ``bending_z`` along z, ``stretch`` along x, ``torsion`` turns about x
+    shapes : where the shape functions come from
+    modes : number of elastic coordinates
+    elements : of the mesh behind ``finite_elements``, else 0
+    ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``, ``pinned_pinned``
+    stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); a profile multiplies it
+    damping_ratio : modal damping, a part of critical; fixed
+    stiffness_damping : D = this times K, s
+    inertia_factor : multiplies the inertia of these coordinates among themselves; 1 unless published data need it
+    initial_position, initial_velocity : one number per coordinate, empty for zeros
+    nodal : coordinates are the nodal displacements of the mesh (m; slopes in rad), not its modes
+    normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes the
+        deflection of a free second end 1, else the greatest one
+    masses : (x, mass, inertia) of what the modes of a mesh are found with, x in m, the others by ``mass_per_length`` (by
+        ``polar_inertia`` of torsion) at its default; they are no mass of the beam
+    """
+
+    kind: DeformationKind
+    shapes: ShapeFunctions
+    modes: int
+    stiffness: Formula
+    elements: int = 0
+    ends: Ends = "clamped_free"
+    damping_ratio: float = 0.0
+    stiffness_damping: Formula = _ZERO
+    inertia_factor: Formula = _ONE
+    initial_position: tuple[float, ...] = ()
+    initial_velocity: tuple[float, ...] = ()
+    nodal: bool = False
+    normalisation: Normalisation = "natural"
+    masses: tuple[tuple[float, float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Beam:
+    """The elastic part of a body; the body's mass, centre and inertia are those of the beam undeformed.
+
+    Attributes
+    ----------
+    start, length : m, fixed
+    mass_per_length : rho A, kg/m; a profile multiplies it
+    polar_inertia : rho I_p of the sections about the axis, kg m
+    profiles : of ``mass``, ``bending_y``, ``bending_z``, ``stretch``, ``torsion`` and ``polar``: coefficients, constant first, of
+        a polynomial in s = (x - start) / length that multiplies the property along the beam; absent where it is uniform
+    deformations : at most one of each kind, in the order of ``KINDS``
+    order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that their own equations are
+        linear; 2 keeps all that the kinematics has
+    stiffening : whether the shortening of the bent axis is kept, which centrifugal stiffening comes from
+    """
+
+    start: float
+    length: float
+    mass_per_length: Formula
+    deformations: tuple[Deformation, ...]
+    polar_inertia: Formula = _ZERO
+    profiles: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    order: Literal[1, 2] = 1
+    stiffening: bool = True
+
+    @property
+    def size(self) -> int:
+        """Number of elastic coordinates."""
+        return sum(item.modes for item in self.deformations)
+
+    def nearest(self, x: float) -> float:
+        """Return the place on the beam that is nearest to x."""
+        return min(max(x, self.start), self.start + self.length)
+
+    def is_beyond(self, x: float) -> bool:
+        """Return whether x is so far beyond an end that it is not at that end."""
+        return abs(x - self.nearest(x)) > AT_END * self.length

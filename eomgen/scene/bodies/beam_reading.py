@@ -1,0 +1,269 @@
+"""Beams from the written form: a body with the mass of the beam undeformed, and how it deforms.
+
+Properties along a beam are formulas times polynomials in s = (x - start) / length; only the formulas may be tunable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Literal, cast
+
+import numpy as np
+
+from eomgen.scene.bodies import beam_schema as written
+from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
+from eomgen.scene.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.requirements import RELATIONS
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import Body
+from eomgen.text import key_of
+
+#: Number of coordinates of a mesh by its ends: per element, and beside these.
+_NODAL = {"clamped_free": (2, 0), "free_free": (2, 1), "pinned_pinned": (2, -1)}
+_NODAL_BENDING = {"clamped_free": (2, 0), "free_free": (2, 2), "pinned_pinned": (2, 0)}
+_UNIFORM = (1.0,)
+
+
+def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
+    """Return the body that a beam is; what is wrong with it goes to the report of ``values``."""
+    key = key_of("beams", name)
+    start = values.constant(f"{key}.start", entry.start)
+    length = values.constant(f"{key}.length", entry.length)
+    if length <= 0.0:
+        values.report.add(f"{key}.length", f"the length of a beam is {length:.6g}", "a number above 0")
+    section = _Section(key, entry, values)
+    mass_per_length, polar = section.mass_per_length(), section.polar_inertia()
+    profiles = {
+        "mass": _profile(f"{key}.mass_profile", entry.mass_profile, "mass", values),
+        "polar": _profile(f"{key}.polar_profile", entry.polar_profile, "polar inertia", values),
+    }
+    line = Beam(start, length, mass_per_length, (), polar)
+    deformations = []
+    for kind in KINDS:
+        given = getattr(entry, kind)
+        if given is not None:
+            profiles[kind] = _profile(f"{key}.{kind}.profile", given.profile, "stiffness", values)
+            deformations.append(_deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values))
+    if not deformations:
+        values.report.add(key, "the beam deforms in no way", f"one of {', '.join(KINDS)}, or a body of [bodies]")
+    if entry.torsion is not None and not values.report.concerns(f"{key}.polar_inertia"):
+        values.require(f"{key}.torsion", RELATIONS["inertia of torsion"], [polar])
+    beam = replace(
+        line,
+        deformations=tuple(deformations),
+        profiles={kind: profile for kind, profile in profiles.items() if profile != _UNIFORM},
+        order=cast("Literal[1, 2]", entry.order),
+        stiffening=entry.stiffening,
+    )
+    try:
+        return undeformed(name, beam)
+    except OverflowError:
+        values.report.add(key, "the mass or the inertia of the beam is beyond what a computer holds", "SI units")
+        return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
+
+
+def undeformed(name: str, beam: Beam) -> Body:
+    """Return a beam as a body: mass, centre of mass and inertia of the straight line it is at rest."""
+    start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
+    zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
+    polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
+    across = times(length**3 * (second - first**2 / zeroth), beam.mass_per_length)
+    center = Number(float(start + length * first / zeroth))
+    mass = times(length * zeroth, beam.mass_per_length)
+    return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
+
+
+def times(factor: Fraction, formula: Formula) -> Formula:
+    """Return a formula times a number, rounded once."""
+    if isinstance(formula, Number) and math.isfinite(formula.value):
+        return Number(float(factor * Fraction(formula.value)))
+    return formula if factor == 1 else Operation("mul", (Number(float(factor)), formula))
+
+
+def _product(*formulas: Formula) -> Formula:
+    numbers = math.prod(formula.value for formula in formulas if isinstance(formula, Number))
+    rest = [formula for formula in formulas if not isinstance(formula, Number)]
+    if not rest or numbers == 0.0 or not math.isfinite(numbers):
+        return Number(numbers)
+    product = rest[0]
+    for formula in rest[1:]:
+        product = Operation("mul", (product, formula))
+    return times(Fraction(numbers), product)
+
+
+def _sum(first: Formula, second: Formula) -> Formula:
+    if isinstance(first, Number) and isinstance(second, Number):
+        return Number(first.value + second.value)
+    return Operation("add", (first, second))
+
+
+def _moment(profile: Sequence[float], power: int) -> Fraction:
+    """Return the integral of a polynomial times a power of s over s = 0 .. 1."""
+    terms = (Fraction(entry) / (place + power + 1) for place, entry in enumerate(profile))
+    return sum(terms, Fraction(0))
+
+
+class _Section:
+    """Masses and stiffnesses of a beam, written as such or following from its section."""
+
+    def __init__(self, key: str, entry: written.Beam, values: Values) -> None:
+        self.key, self.entry, self.values = key, entry, values
+        self.moments: list[Formula] | None = None
+        section = entry.section
+        if section is None:
+            return
+        place = f"{key}.section"
+        self.modulus = values.formula(f"{place}.elastic_modulus", section.elastic_modulus, PARAMETERS)
+        self.density = values.formula(f"{place}.density", section.density, PARAMETERS)
+        self.area = values.formula(f"{place}.area", section.area, PARAMETERS)
+        if section.second_moments is not None:
+            self.moments = [
+                values.formula(f"{place}.second_moments[{at}]", moment, PARAMETERS)
+                for at, moment in enumerate(section.second_moments)
+            ]
+
+    def mass_per_length(self) -> Formula:
+        if self.entry.mass_per_length is not None:
+            self.once("mass_per_length")
+            return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
+        if self.entry.section is None:
+            self.values.report.add(self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
+            return ZERO
+        return _product(self.density, self.area)
+
+    def polar_inertia(self) -> Formula:
+        if self.entry.polar_inertia is not None:
+            return self.values.formula(f"{self.key}.polar_inertia", self.entry.polar_inertia, PARAMETERS)
+        return ZERO if self.moments is None else _product(self.density, _sum(*self.moments))
+
+    def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
+        place = f"{self.key}.{kind}.stiffness"
+        if given.stiffness is not None:
+            return self.values.formula(place, given.stiffness, PARAMETERS)
+        section = self.entry.section
+        needed = {"bending_y": "second_moments", "bending_z": "second_moments", "torsion": "shear_modulus and torsion_constant"}
+        if section is not None and kind == "stretch":
+            return _product(self.modulus, self.area)
+        if section is not None and kind.startswith("bending") and self.moments is not None:
+            return _product(self.modulus, self.moments[kind == "bending_z"])
+        if section is not None and kind == "torsion" and None not in (section.shear_modulus, section.torsion_constant):
+            parts = [("shear_modulus", section.shear_modulus), ("torsion_constant", section.torsion_constant)]
+            shear, constant = (
+                self.values.formula(f"{self.key}.section.{field}", cast("float | str", value), PARAMETERS)
+                for field, value in parts
+            )
+            return _product(shear, constant)
+        other = "a section" if section is None else f"{needed[kind]} in the section"
+        self.values.report.add(f"{self.key}.{kind}", "the key stiffness is missing", f"stiffness = ..., or {other}")
+        return ZERO
+
+    def once(self, field: str) -> None:
+        if self.entry.section is not None:
+            what = f"{field} is given, and follows from the section too"
+            self.values.report.add(f"{self.key}.{field}", what, "one of them; mass_profile for a mass that varies")
+
+
+def _profile(key: str, given: Sequence[float | str], what: str, values: Values) -> tuple[float, ...]:
+    """Return the coefficients of a polynomial that is positive along the beam."""
+    coefficients = tuple(values.constants(key, given))
+    if not coefficients:
+        values.report.add(key, "the list of coefficients is empty", "[1, -0.5]")
+        return _UNIFORM
+    if not all(math.isfinite(entry) for entry in coefficients):
+        return _UNIFORM
+    polynomial = np.polynomial.Polynomial(coefficients)
+    roots = np.asarray(polynomial.deriv().roots(), complex)
+    turns = [float(root.real) for root in roots if 0.0 < root.real < 1.0 and abs(root.imag) < 1e-9]
+    lowest = min([0.0, *turns, 1.0], key=lambda s: float(polynomial(s)))
+    if polynomial(lowest) <= 0.0:
+        how = "vanishes" if polynomial(lowest) == 0.0 else f"is {float(polynomial(lowest)):.6g} of its value"
+        text = f"the profile of the {what} {how} at s = {lowest:.6g}"
+        values.report.add(key, text, "coefficients of a polynomial above 0 for s from 0 to 1")
+        return _UNIFORM
+    return coefficients
+
+
+def _deformation(
+    key: str, kind: DeformationKind, given: written.Deformation, stiffness: Formula, beam: Beam, values: Values
+) -> Deformation:
+    modes = _modes(key, kind, given, values)
+    start, end = beam.start, beam.start + beam.length
+    unit_mass = values.value(beam.polar_inertia if kind == "torsion" else beam.mass_per_length) or math.nan
+    initial = cast("written.ElasticInitial | written.TwistInitial", getattr(given, "initial"))  # noqa: B009 - of its children
+    position = _state(f"{key}.initial.position", initial.position, modes, values)
+    velocity = _state(f"{key}.initial.velocity", initial.velocity, modes, values)
+    ratio = values.constant(f"{key}.damping_ratio", given.damping_ratio)
+    if ratio < 0.0:
+        values.report.add(f"{key}.damping_ratio", f"the damping ratio is {ratio:.6g}", "0 or more")
+    masses: list[tuple[float, float, float]] = []
+    for place, mass in enumerate(given.masses):
+        at, amount, inertia = (
+            values.constant(f"{key}.masses[{place}].{field}", getattr(mass, field)) for field in ("at", "mass", "inertia")
+        )
+        if beam.is_beyond(at):
+            what = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
+            values.report.add(f"{key}.masses[{place}].at", what, "a place on the beam")
+        for field, number in (("mass", amount), ("inertia", inertia)):
+            if number < 0.0:
+                values.report.add(f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative", "0 or more")
+        masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
+    return Deformation(
+        kind=kind,
+        shapes=given.shapes,
+        modes=modes,
+        stiffness=stiffness,
+        elements=given.elements or 0,
+        ends=given.ends or "clamped_free",
+        damping_ratio=ratio,
+        stiffness_damping=values.formula(f"{key}.stiffness_damping", given.stiffness_damping, PARAMETERS),
+        inertia_factor=values.formula(f"{key}.inertia_factor", given.inertia_factor, PARAMETERS),
+        initial_position=position,
+        initial_velocity=velocity,
+        nodal=given.coordinates == "nodal",
+        normalisation=given.normalisation,
+        masses=tuple(masses),
+    )
+
+
+def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
+    """Return the number of coordinates; check that what is said of a mesh belongs to one."""
+    report = values.report
+    meshed = given.shapes == "finite_elements"
+    for field in ("elements", "coordinates", "masses"):
+        if getattr(given, field) and not meshed:
+            what = f"{field} is for a mesh, and the shapes are {given.shapes}"
+            report.add(f"{key}.{field}", what, 'shapes = "finite_elements"')
+    if given.ends is not None and not meshed and given.shapes != "polynomial":
+        what = f"the shapes {given.shapes} have their own conditions at the ends"
+        report.add(f"{key}.ends", what, f'shapes = "{given.ends}", or "polynomial"')
+    if meshed and given.elements is None:
+        report.add(key, "finite elements need their number", "elements = 8")
+    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or "clamped_free"]
+    size = per_element * (given.elements or 0) + beside
+    if given.coordinates == "nodal" and meshed:
+        if given.modes not in (None, size):
+            report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes}", "no modes")
+        if size > written.MOST_NODAL:
+            what = f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the most"
+            report.add(f"{key}.elements", what, "modal coordinates, with modes = 3")
+        return max(size, 1)
+    if given.modes is None:
+        report.add(key, "the key modes is missing", "modes = 3")
+        return 1
+    rigid = (2 if kind.startswith("bending") else 1) if given.ends == "free_free" else 0
+    if meshed and given.elements is not None and given.modes > size - rigid:
+        what = f"{given.modes} modes are wanted of a mesh that has {size - rigid}"
+        report.add(f"{key}.modes", what, f"at most {size - rigid} modes, or more elements: 3 for each mode")
+    return given.modes
+
+
+def _state(key: str, given: Sequence[float | str], modes: int, values: Values) -> tuple[float, ...]:
+    if given and len(given) != modes:
+        count = f"{modes} values, one for each mode, are" if modes > 1 else "one value, for the one mode, is"
+        values.report.add(key, f"{count} needed here, not {len(given)}", "")
+        return ()
+    return tuple(values.constants(key, given))

@@ -1,0 +1,152 @@
+"""The shape of elastic beams in a scene file: what they are made of, and which ways to deform the scene asks for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Pair, Value, Values
+
+MOST_MODES = 100
+MOST_ELEMENTS = 400
+#: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and more.
+MOST_NODAL = 60
+_PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
+_COEFFICIENTS = "list of values of fixed parameters, constant first"
+
+
+class Section(Table):
+    """What a beam is made of: the stiffnesses and masses of its deformations follow from it."""
+
+    elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
+    density: Value = key("of the material", unit="kg/m^3", names=PARAMETERS)
+    area: Value = key("of the section", unit="m^2", names=PARAMETERS)
+    second_moments: Pair | None = key(
+        "∫ y² dA, which resists `bending_y`, and ∫ z² dA, which resists `bending_z`",
+        None,
+        unit="m^4",
+        names=PARAMETERS,
+        kind="2 values of parameters, m⁴",
+    )
+    shear_modulus: Value | None = key("for torsion", None, unit="Pa", names=PARAMETERS)
+    torsion_constant: Value | None = key(
+        "for torsion; the sum of the second moments only where the section is round", None, unit="m^4", names=PARAMETERS
+    )
+
+
+class ElasticInitial(Table):
+    """Elastic coordinates of bending or stretch at the start."""
+
+    position: Values = key("one value for each coordinate", (), unit="m", names=FIXED_PARAMETERS, shown_default="zeros")
+    velocity: Values = key("one value for each coordinate", (), unit="m/s", names=FIXED_PARAMETERS, shown_default="zeros")
+
+
+class TwistInitial(Table):
+    """Elastic coordinates of torsion at the start."""
+
+    position: Values = key("one value for each coordinate", (), unit="rad", names=FIXED_PARAMETERS, shown_default="zeros")
+    velocity: Values = key("one value for each coordinate", (), unit="rad/s", names=FIXED_PARAMETERS, shown_default="zeros")
+
+
+class ModeMass(Table):
+    """A rigid mass on a beam that the modes of a mesh are found with."""
+
+    at: Value = key("x in the beam's frame", unit="m", names=FIXED_PARAMETERS)
+    mass: Value = key("moves with the deflection", 0.0, unit="kg", names=FIXED_PARAMETERS)
+    inertia: Value = key("turns with the slope, or with the twist", 0.0, unit="kg m^2", names=FIXED_PARAMETERS)
+
+
+class Deformation(Table):
+    """One way in which a beam deforms."""
+
+    shapes: ShapeFunctions = key("where the shape functions come from, see below", "clamped_free")
+    modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = key(
+        "number of elastic coordinates", None, kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
+    )
+    ends: Ends | None = key(
+        "conditions at the ends, for `polynomial` and `finite_elements`", None, shown_default="`clamped_free`"
+    )
+    elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = key(
+        "of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",
+        None,
+        kind=f"1 to {MOST_ELEMENTS}",
+        shown_default="required for `finite_elements`",
+    )
+    coordinates: Literal["modal", "nodal"] | None = key(
+        f"of `finite_elements`: the lowest modes of the mesh, or all its nodal displacements, up to {MOST_NODAL}",
+        None,
+        shown_default="`modal`",
+    )
+    normalisation: Normalisation = key("of the shape functions, see below", "natural")
+    profile: Values = key(f"{_PROFILE} the stiffness", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
+    damping_ratio: Value = key("modal damping, a part of critical", 0.0, names=FIXED_PARAMETERS)
+    stiffness_damping: Value = key("damping matrix by stiffness matrix", 0.0, unit="s", names=PARAMETERS)
+    inertia_factor: Value = key(
+        "multiplies the inertia of these coordinates among themselves; for published data that need it", 1.0, names=PARAMETERS
+    )
+    masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
+        "what the modes of `finite_elements` are found with; the mass itself is that of a body joined to the beam",
+        (),
+        kind="list of tables, below",
+        shown_default="`[]`",
+    )
+
+
+class Bending(Deformation):
+    """Deflection across the beam, along its y or its z axis."""
+
+    stiffness: Value | None = key(
+        "elastic modulus times second moment of area", None, unit="N m^2", names=PARAMETERS, shown_default="of the section"
+    )
+    initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
+
+
+class Stretch(Deformation):
+    """Elongation along the beam."""
+
+    stiffness: Value | None = key(
+        "elastic modulus times area", None, unit="N", names=PARAMETERS, shown_default="of the section"
+    )
+    initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
+
+
+class Torsion(Deformation):
+    """Twist about the beam's axis."""
+
+    stiffness: Value | None = key(
+        "shear modulus times torsion constant", None, unit="N m^2", names=PARAMETERS, shown_default="of the section"
+    )
+    initial: TwistInitial = key("state at the start, in place of rest", TwistInitial(), shown_default="zeros")
+
+
+class Beam(Table):
+    """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
+
+    length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
+    start: Value = key("x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS)
+    section: Section | None = key("what it is made of, in place of masses and stiffnesses", None, kind="table, below")
+    mass_per_length: Value | None = key(
+        "density times area", None, unit="kg/m", names=PARAMETERS, shown_default="of the section"
+    )
+    polar_inertia: Value | None = key(
+        "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its axis",
+        None,
+        unit="kg m",
+        names=PARAMETERS,
+        shown_default="of the section, else 0",
+    )
+    mass_profile: Values = key(f"{_PROFILE} the mass", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
+    polar_profile: Values = key(f"{_PROFILE} the polar inertia", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
+    order: Annotated[int, Field(ge=1, le=2)] = key(
+        "1 keeps kinetic energy to second order in the elastic coordinates and their rates, 2 keeps all of it",
+        1,
+    )
+    stiffening: bool = key("keep the shortening of the bent axis, which centrifugal stiffening comes from", True)
+    bending_y: Bending | None = key("deflection along y", None, kind="table, below")
+    bending_z: Bending | None = key("deflection along z", None, kind="table, below")
+    stretch: Stretch | None = key("elongation along x", None, kind="table, below")
+    torsion: Torsion | None = key("twist about x", None, kind="table, below")

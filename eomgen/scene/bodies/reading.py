@@ -1,0 +1,40 @@
+"""Bodies, points fixed in them and the base, from the written form."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from eomgen.scene.bodies import schema as written
+from eomgen.scene.document import checks
+from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import BASE, WORLD, Base, Body, Point
+from eomgen.scene.signals.curve_checks import check_twice_differentiable
+from eomgen.text import key_of
+
+
+def read_base(base: written.Base | None, values: Values) -> Base | None:
+    """Return the motion of the base; what depends on time in it must have accelerations."""
+    if base is None:
+        return None
+    position = values.vector("base.position", base.position, TIME)
+    rotations = values.rotations("base.rotation", base.rotation, TIME)
+    for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
+        check_twice_differentiable(key, formulas, values.report)
+    return Base(position, rotations)
+
+
+def read_body(name: str, body: written.Body, values: Values) -> Body:
+    """Return a rigid body."""
+    key, formula = key_of("bodies", name), values.formula
+    entries = enumerate(body.inertia)
+    xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
+    center = values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
+    return Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
+
+
+def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:
+    """Return a point; ``bodies`` are the names of what can carry it."""
+    key = key_of("points", name)
+    checks.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
+    return Point(name, point.body, values.vector(f"{key}.position", point.position, PARAMETERS))

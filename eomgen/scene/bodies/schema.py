@@ -1,0 +1,44 @@
+"""The shape of bodies, of points fixed in them, and of the base that carries the tree."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.joints.frame_schema import Rotations
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Inertia, Triple, Value
+
+_ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Base(Table):
+    """The prescribed motion of the frame that carries the tree."""
+
+    position: Triple = key("of the base's origin, in world axes", _ORIGIN, unit="m", names=TIME)
+    rotation: Rotations = key("intrinsic rotations in order", ())
+
+
+class Body(Table):
+    """A rigid body."""
+
+    mass: Value = key("0 is allowed where the body carries others that have mass", unit="kg", names=PARAMETERS)
+    center_of_mass: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    inertia: Inertia = key(
+        "**about the centre of mass**, in the body's axes",
+        (0.0,) * 6,
+        unit="kg m^2",
+        names=PARAMETERS,
+        kind="see below, kg m²",
+        shown_default="zero, a point mass",
+    )
+    group: Literal["SE3", "R3xSO3"] | None = key(
+        "for [absolute coordinates](#absolute-coordinates) only", None, shown_default="`SE3`"
+    )
+
+
+class Point(Table):
+    """A point fixed in a body, in the base or in the world."""
+
+    body: str = key("what carries it", refers="bodies", kind="body, `base` or `world`")
+    position: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)

@@ -1,0 +1,1 @@
+"""Controllers and state feedback: what the user writes, and what they become."""

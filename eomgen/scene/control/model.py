@@ -1,0 +1,56 @@
+"""Feedback of a scene as data: which signals are fed back by which gains, and how those are found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from eomgen.scene.formula.nodes import Formula
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How the gains of a state feedback are found, see ``schema_control.Calibration``; weights by name."""
+
+    method: Literal["lqr", "imsc", "pole_placement"]
+    at: Literal["equilibrium", "initial"] = "equilibrium"
+    position_weights: Mapping[str, float] = field(default_factory=dict)
+    velocity_weights: Mapping[str, float] = field(default_factory=dict)
+    signal_weights: Mapping[str, float] = field(default_factory=dict)
+    output_weights: Mapping[str, float] = field(default_factory=dict)
+    effort_weights: tuple[float, ...] = ()
+    modes: tuple[int, ...] = ()
+    frequencies: tuple[float, ...] = ()
+    damping_ratios: tuple[float, ...] = ()
+    poles: tuple[complex, ...] = ()
+
+
+@dataclass(frozen=True)
+class StateFeedback:
+    """Controllers u = -G (y - y_ref) of signals y, whose gains are tunable parameters.
+
+    Attributes
+    ----------
+    name : of the entry in the scene.
+    outputs : (m,) names of the controllers that it makes.
+    signals : (r,) formulas y; positions of ``coordinates``, their velocities, then what the user has named.
+    labels : (r,) ``q.body``, ``v.body`` or the user's name of each signal.
+    gains : (m, r) names of parameters.
+    references : (r,) names of the parameters y_ref that a calibration fills; empty where there is none.
+    calibration : how gains are found; None where the user gives them.
+    """
+
+    name: str
+    outputs: tuple[str, ...]
+    signals: tuple[Formula, ...]
+    labels: tuple[str, ...]
+    gains: tuple[tuple[str, ...], ...]
+    references: tuple[str, ...]
+    calibration: Calibration | None = None
+
+    @property
+    def calibrated(self) -> tuple[str, ...]:
+        """Names of the parameters that the calibration fills; none without one."""
+        gains = (name for row in self.gains for name in row)
+        return () if self.calibration is None else (*gains, *filter(None, self.references))

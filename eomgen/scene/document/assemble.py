@@ -1,0 +1,269 @@
+"""From nested data, as a file or a builder holds it, to a checked Scene; everything wrong is reported at once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from eomgen.errors import Problem
+from eomgen.scene import scene
+from eomgen.scene.bodies.beam_reading import read_beam
+from eomgen.scene.bodies.reading import read_base, read_body, read_point
+from eomgen.scene.control.controllers import check_loops
+from eomgen.scene.control.section import (
+    made_parameters,
+    outputs_of_controllers,
+    read_controllers,
+    states_of_controllers,
+)
+from eomgen.scene.document import checks
+from eomgen.scene.document import schema as written
+from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute
+from eomgen.scene.document.beam_positions import check_places
+from eomgen.scene.document.units import in_si
+from eomgen.scene.document.validation import read_document
+from eomgen.scene.forces.bushings import read_bushing
+from eomgen.scene.forces.elements import Bushing
+from eomgen.scene.forces.reading import read_effort, read_force, read_spring, read_torsion_spring
+from eomgen.scene.forces.tyres import read_tyre
+from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.scene.formula.scope import PARAMETERS, VELOCITY_SIZE, Names
+from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.constraints import check_closings, read_constraint
+from eomgen.scene.joints.frames import check_two_bodies
+from eomgen.scene.joints.limit_warnings import beyond_limits
+from eomgen.scene.joints.mimics import check_mimics
+from eomgen.scene.joints.moved_inertia import check_motion
+from eomgen.scene.joints.reading import read_joint
+from eomgen.scene.joints.tree import Link, ordered
+from eomgen.scene.joints.unresisted import unresisted_motions
+from eomgen.scene.reading.part import Part, signature
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.curves import Curves, digest
+from eomgen.scene.signals.outputs import read_output
+from eomgen.scene.signals.reading import read_input, read_state
+from eomgen.text import key_of
+
+
+def from_data(
+    data: Mapping[str, Any],
+    *,
+    file: str = "scene",
+    lines: Mapping[str, int | str] | None = None,
+    problems: Sequence[Problem] = (),
+    notes: Sequence[str] = (),
+    metadata: Mapping[str, Any] | None = None,
+    inertias_checked: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    folder: Path | None = None,
+) -> scene.Scene:
+    """Check nested data, in the form of a scene file, and return the scene.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    file, lines : str, mapping
+        Where the data came from, for messages: the line of each dotted key, or ``file:line``.
+    problems : sequence of Problem
+        Found before, to be reported together with what is found here.
+    notes, metadata
+        Handed on to the scene.
+    inertias_checked : bool
+        True where whoever made the data has judged the inertias already.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the data say.
+    folder : Path, optional
+        Where the paths of tables start; the current folder by default.
+
+    Raises
+    ------
+    DescriptionError
+        With every problem that could be found.
+    """
+    report = Report(file, lines or {})
+    report.found += [(0, problem) for problem in problems]
+    if not data and not report.found:
+        report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
+        report.raise_problems()
+    part = Part(dict(data), {})
+    if "include" in data:
+        from eomgen.scene.sources.include import with_included  # noqa: PLC0415  # most scenes have none
+
+        part = with_included(data, report, folder or Path())
+        report.lines = part.lines
+    data, labels = in_si(part.data, report)
+    document, refused = read_document(data, report)
+    if coordinates is not None:
+        document = document.model_copy(update={"coordinates": coordinates})
+    document = checks.check_names(document, refused, report)
+    judged = data.get("bodies", ()) if inertias_checked else part.judged
+    assembler = _Assembler(document, refused, data, report, folder or Path(), judged)
+    for key, text in part.bound.items():
+        assembler.reader().formula(key, text, PARAMETERS)
+    result = assembler.fields()
+    report.raise_problems()
+    curves = result["curves"]
+    settled = result["simulation"].start == "equilibrium"
+    outside = [
+        note
+        for joint in result["joints"]
+        if joint.stops and not settled
+        for note in beyond_limits(joint, joint.initial_position, assembler.values.value)
+    ]
+    unused = checks.unused_names(document, assembler.values)
+    return scene.Scene(
+        **result,
+        source={key: report.place(key) for key in report.lines},
+        content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
+        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted, *unused),
+        metadata=dict(metadata or {}),
+    )
+
+
+def content(document: written.Document) -> bytes:
+    """Return bytes that determine the scene: canonical JSON, with entries as pairs because their order counts."""
+    data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
+    for section in written.SECTIONS:
+        data[section] = [[name, entry] for name, entry in data[section].items()]
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+class _Assembler:
+    def __init__(
+        self,
+        document: written.Document,
+        refused: Mapping[str, set[str]],
+        data: Mapping[str, Any],
+        report: Report,
+        folder: Path,
+        judged: Collection[str],
+    ) -> None:
+        self.document = document
+        self.refused = refused
+        self.report = report
+        joint_types: dict[str, str] = {name: joint.type for name, joint in document.joints.items()}
+        for name in sorted(refused["joints"]):
+            entry = data["joints"].get(name)
+            kind = entry.get("type") if isinstance(entry, Mapping) else None
+            joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
+        self.parameters = [
+            *(scene.Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
+            *made_parameters(document.controllers),
+        ]
+        self.curve_table: dict[str, AnyCurve] = {}
+        self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
+        names = Names(
+            parameters={**{p.name: p.tunable for p in self.parameters}, **dict.fromkeys(sorted(refused["parameters"]), False)},
+            inputs=(*document.inputs, *sorted(refused["inputs"])),
+            states=(
+                *document.states,
+                *sorted(refused["states"]),
+                *states_of_controllers(document.controllers),
+            ),
+            controllers=(*outputs_of_controllers(document.controllers), *sorted(refused["controllers"])),
+            joints=joint_types,
+            beams=self.elastic,
+            points=(*document.points, *sorted(refused["points"])),
+            springs=(*document.springs, *sorted(refused["springs"])),
+            curves=self.curve_table,
+            tyres=(*document.tyres, *sorted(refused["tyres"])),
+        )
+        self.names = names
+        self.judged = {key_of("bodies", body, field) for body in judged for field in ("mass", "inertia")}
+        self.values = self.reader()
+        self.broken = sorted(refused["bodies"] | refused["beams"])
+        self.bodies = [*document.bodies, *document.beams, *self.broken]
+        self.unresisted: list[str] = []
+        self.curves = Curves(self.values, folder)
+        for name, entry in document.curves.items():
+            self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
+
+    def reader(self) -> Values:
+        """Return a reader of values that has read nothing yet."""
+        defaults = {parameter.name: parameter.value for parameter in self.parameters}
+        return Values(self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged)
+
+    def fields(self) -> dict[str, Any]:
+        """Return the fields of the Scene; they are right only if the report stays empty."""
+        document, values = self.document, self.values
+        bodies = {name: read_body(name, body, values) for name, body in document.bodies.items()}
+        bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items()}
+        self.elastic |= {name: body.beam.size for name, body in bodies.items() if body.beam is not None}
+        joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
+        links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
+        complete = not self.refused["joints"] and not self.broken
+        sections = {name: "bodies" if body.beam is None else "beams" for name, body in bodies.items()}
+        order = ordered(links, sections, self.broken, complete, self.report)
+        check_mimics(joints, self.refused["joints"], self.report)
+        checks.check_inertias(bodies.values(), values)
+        if complete and len(order) == len(links) == len(bodies):
+            tree = [joints[link.name] for link in order]
+            check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
+            if document.coordinates == "joint" and not document.constraints and not self.report.found:
+                self.unresisted = unresisted_motions(tree, checks.body_inertias(bodies.values(), values), sections, values)
+            check_frames(tree, bodies, values)
+        points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
+        constraints = tuple(
+            read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
+        )
+        bushings = [read_bushing(name, entry, self.bodies, points, values) for name, entry in document.bushings.items()]
+        if complete:
+            tree = [joints[link.name] for link in order]
+            check_closings(constraints, tree, document.beams, self.report)
+            for bushing in bushings:
+                check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, document.beams, self.report)
+        if document.coordinates == "absolute":
+            check_not_absolute(document.beams, self.report)
+        inputs = []
+        for name, entry in document.inputs.items():
+            made, curves = read_input(name, entry, self.curves, values)
+            inputs.append(made)
+            self.curve_table |= curves
+        states = [read_state(name, entry, values) for name, entry in document.states.items()]
+        control = read_controllers(document.controllers, document.springs, document.outputs, values)
+        springs = tuple(read_spring(name, spring, values) for name, spring in document.springs.items())
+        check_loops(control.outputs, springs, values)
+        forces = tuple(read_force(name, force, self.bodies, values) for name, force in document.forces.items())
+        framed: dict[str, Sequence[Constraint | Bushing]] = {"constraints": constraints, "bushings": bushings}
+        check_places(bodies, joints.values(), points.values(), forces, framed, values)
+        checks.check_groups(document, self.report)
+        checks.check_simulation(document.simulation, self.report)
+        simulation = document.simulation
+        return {
+            "name": document.name,
+            "description": document.description,
+            "terms": tuple(dict.fromkeys(document.terms)),
+            "gravity": values.vector("gravity", document.gravity, PARAMETERS),
+            "bodies": tuple(bodies[link.child] for link in order if link.child in bodies),
+            "joints": tuple(joints[link.name] for link in order),
+            "parameters": tuple(self.parameters),
+            "curves": tuple(self.curve_table.values()),
+            "inputs": tuple(inputs),
+            "states": (*states, *control.states),
+            "controllers": tuple(control.outputs),
+            "feedback": tuple(control.feedback),
+            "base": read_base(document.base, values),
+            "constraints": constraints,
+            "coordinates": document.coordinates,
+            "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
+            "points": tuple(points.values()),
+            "springs": springs,
+            "torsion_springs": tuple(
+                read_torsion_spring(name, spring, values) for name, spring in document.torsion_springs.items()
+            ),
+            "bushings": tuple(bushings),
+            "tyres": tuple(read_tyre(name, tyre, points, values) for name, tyre in document.tyres.items()),
+            "forces": forces,
+            "efforts": tuple(read_effort(name, effort, values) for name, effort in document.efforts.items()),
+            "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
+            "requirements": tuple(values.requirements),
+            "simulation": scene.Simulation(
+                simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
+                simulation.alpha, simulation.beta, simulation.gamma, simulation.start,
+                simulation.tolerance, simulation.order,
+            ),
+        }

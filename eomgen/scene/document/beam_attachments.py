@@ -1,0 +1,116 @@
+"""Whether the shapes of a beam suit the joint that carries it.
+
+A joint holds the beam's frame. Where the shapes vanish at the frame's origin, slope included, the frame is fixed in the material
+there, and any joint will do. Where they do not, the material moves against the frame, so the joint has to let the frame move in
+the same direction: what it would hold is not the beam (mean axes are right for a beam that floats).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
+from eomgen.scene.formula.nodes import ZERO
+from eomgen.scene.geometry.rotations import ALIKE, Array
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import Body
+from eomgen.text import key_of
+
+#: Twist (rotation, translation) of the frame that the deflection and the slope of each deformation stand for.
+_DEFLECTION = {"bending_y": 4, "bending_z": 5, "stretch": 3, "torsion": 0}
+_SLOPE = {"bending_y": 2, "bending_z": 1}
+_WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axis in "xyz")
+
+
+def check_not_absolute(beams: Iterable[str], report: Report) -> None:
+    """Report beams in a scene of absolute coordinates."""
+    for name in beams:
+        what = "absolute coordinates know rigid bodies only, and this is a beam"
+        report.add(key_of("beams", name), what, 'coordinates = "joint"')
+
+
+def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
+    """Report shapes that move the material where a joint holds it.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    """
+    carried = {joint.child: joint for joint in joints}
+    for joint in joints:
+        beam = bodies[joint.child].beam
+        key = key_of("beams", joint.child)
+        if beam is None or values.report.concerns(key):
+            continue
+        free = _freedoms(joint, carried, bodies, values)
+        for deformation in beam.deformations:
+            held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
+            if held:
+                what = (
+                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where the"
+                    f" {joint.type} joint {joint.name} holds it"
+                )
+                values.report.add(f"{key}.{deformation.kind}.shapes", what, _hint(deformation, beam))
+
+
+def _is_held(twist: Array, free: Array) -> bool:
+    return bool(np.linalg.norm(twist - free @ (free.T @ twist)) > ALIKE)
+
+
+def _hint(deformation: Deformation, beam: Beam) -> str:
+    if beam.start < 0.0:
+        return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
+    return 'shapes = "clamped_free"' if deformation.shapes not in ("polynomial", "finite_elements") else 'ends = "clamped_free"'
+
+
+def _moved(deformation: Deformation, beam: Beam) -> list[int]:
+    """Return the components of the twist with which the material at the frame's origin moves against the frame."""
+    ends = deformation.ends if deformation.shapes in ("polynomial", "finite_elements") else deformation.shapes
+    first, last = beam.start >= -AT_END * beam.length, beam.start + beam.length <= AT_END * beam.length
+    held = (first and ends != "free_free") or (last and ends == "pinned_pinned")
+    clamped = first and ends == "clamped_free"
+    found = [] if held else [_DEFLECTION[deformation.kind]]
+    if deformation.kind in _SLOPE and not clamped:
+        found.append(_SLOPE[deformation.kind])
+    return found
+
+
+def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body], values: Values) -> Array:
+    """Return an orthonormal basis (6, n) of the twists that a joint, and joints of massless bodies before it, leave to the child.
+
+    Neutral positions are looked at, and a chain of joints at one place.
+    """
+    columns = [_motions(joint)]
+    turned = np.array(joint.orientation).T
+    parent = carried.get(joint.parent)
+    while parent is not None and bodies[parent.child].mass == ZERO and bodies[parent.child].beam is None:
+        motions = _motions(parent)
+        columns.append(np.vstack([turned @ motions[:3], turned @ motions[3:]]))
+        turned = turned @ np.array(parent.orientation).T
+        parent = carried.get(parent.parent)
+    vectors, sizes, _ = np.linalg.svd(np.hstack(columns))
+    return np.asarray(vectors[:, : int(np.sum(sizes > ALIKE))])
+
+
+def _motions(joint: Joint) -> Array:
+    """Return the twists (6, n) of a joint in its child's frame."""
+    axis, second = np.array(joint.axis), np.array(joint.second_axis)
+    none, third = np.zeros(3), np.cross(axis, second)
+    turn, travel = np.concatenate([axis, none]), np.concatenate([none, axis])
+    columns = {
+        "fixed": [],
+        "revolute": [turn],
+        "prismatic": [travel],
+        "helical": [turn],  # its travel comes with the turn, and cannot follow a deflection by itself
+        "cylindrical": [turn, travel],
+        "universal": [turn, np.concatenate([second, none])],
+        "planar": [turn, np.concatenate([none, second]), np.concatenate([none, third])],
+        "spherical": list(np.eye(6)[:3]),
+        "free": list(np.eye(6)),
+    }[joint.type]
+    return np.array(columns).reshape(-1, 6).T

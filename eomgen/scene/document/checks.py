@@ -1,0 +1,151 @@
+"""Checks across the entries of a scene: names, references, physical inertias, joints that move nothing, the time grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.scene.control.section import made_by_controller
+from eomgen.scene.document.schema import SECTIONS, Document, Simulation
+from eomgen.scene.formula.scope import RESERVED
+from eomgen.scene.geometry.inertia import Inertia, tensor
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.requirements import RELATIONS
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import BASE, WORLD, Body
+from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
+
+
+def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
+    """Return the document without the entries whose names are not legal; their names go to ``refused``."""
+    if not is_legal(document.name):
+        report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
+    kept: dict[str, object] = {}
+    for section in SECTIONS:
+        entries: Mapping[str, object] = getattr(document, section)
+        for name in [*entries, *sorted(refused[section])]:
+            fault, hint = _fault(section, name, document)
+            if fault:
+                report.add(key_of(section, name), fault, hint)
+                refused[section].add(name)
+        kept[section] = {name: entry for name, entry in entries.items() if name not in refused[section]}
+    return document.model_copy(update=kept)
+
+
+#: Sections whose entries formulas call by their names alone, and what an entry is.
+_BARE = {
+    "parameters": "a parameter", "inputs": "an input", "states": "a state", "controllers": "a controller", "curves": "a curve",
+}  # fmt: skip
+
+
+def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
+    if not is_legal(name):
+        return f"the name {shown(name)} is not legal", NAME_RULE
+    if section in ("bodies", "beams") and name == BASE:
+        return f"the name {BASE} is reserved for the frame that carries the tree", "another name"
+    if section in ("bodies", "beams") and name == WORLD:
+        return f"the name {WORLD} is reserved for what rests while the base moves", "another name"
+    if section == "beams" and name in document.bodies:
+        return f"the name {name} is both a body and a beam", "another name for one of them"
+    if section == "beams" and name in document.joints:
+        return f"the name {name} is both a joint and a beam, and q.{name} would be both", "another name for one of them"
+    if section == "constraints" and name in document.joints:
+        return f"the name {name} is both a joint and a constraint", "another name for one of them"
+    if section in _BARE and name in RESERVED:
+        return f"the name {name} is a word of formulas", f"{name}_value"
+    for other, what in _BARE.items():  # formulas call all of them by their bare names
+        if section not in _BARE or other == section:
+            break
+        if name in getattr(document, other):
+            return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
+    if section == "controllers" and name in document.controllers:
+        return _fault_of_made(name, document)
+    return "", ""
+
+
+def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
+    """Return what is wrong with the names that a controller makes."""
+    others = {
+        made: other
+        for other, entry in document.controllers.items()
+        if other != name
+        for names in made_by_controller(other, entry).values()
+        for made in names
+    }
+    for section, names in made_by_controller(name, document.controllers[name]).items():
+        for made in names:
+            if not is_legal(made):
+                fault = f"the controller makes {_BARE[section]} {shown(made)}, whose name is"
+                return (f"{fault} too long", "a shorter name") if len(made) > NAME_LENGTH else (f"{fault} not legal", NAME_RULE)
+            if made in others:
+                fault = f"the controllers {name} and {others[made]} both make {_BARE[section]} {made}"
+                return fault, "another name for one of them"
+            for other, what in _BARE.items():
+                if made in getattr(document, other):
+                    fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
+                    return fault, "another name for one of them"
+    return "", ""
+
+
+def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
+    """Report a reference to something that is not there; tell whether it is."""
+    every = list(known)
+    if name not in every:
+        report.add(key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section")
+    return name in every
+
+
+def check_simulation(simulation: Simulation, report: Report) -> None:
+    """Report a time grid or a spectral radius that cannot be."""
+    if not is_legal(simulation.method):
+        report.add("simulation.method", f"{shown(simulation.method)} is not the name of a method", "generalized_alpha")
+    if simulation.step <= 0.0:
+        report.add("simulation.step", f"the step {simulation.step:.6g} is not positive", "1e-3")
+    if simulation.duration < 0.0:
+        report.add("simulation.duration", f"the duration {simulation.duration:.6g} is negative", "0 or more")
+    if not 0.0 <= simulation.rho_inf <= 1.0:
+        report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1", "0.8")
+    if "rho_inf" in simulation.model_fields_set and simulation.alpha is not None:
+        report.add("simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them")
+
+
+def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
+    """Return mass properties at the default parameters."""
+    known = {}
+    for body in bodies:
+        center = [values.value(entry) for entry in body.center_of_mass]
+        entries = [values.value(entry) for entry in body.inertia]
+        known[body.name] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
+    return known
+
+
+def check_inertias(bodies: Iterable[Body], values: Values) -> None:
+    """Require of rigid bodies inertias that bodies can have."""
+    for body in bodies:
+        key = key_of("bodies", body.name)
+        if body.beam is None and not values.report.concerns(key):
+            hint = f"the values of {body.name} about its centre of mass, in its own axes"
+            values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
+
+
+def unused_names(document: Document, values: Values) -> list[str]:
+    """Return a note on the parameters, and one on the inputs, that no formula mentions."""
+    notes = []
+    for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
+        unused = [name for name in names if (kind, name) not in values.mentioned]
+        if unused:
+            plural = len(unused) > 1
+            what = f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
+            notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
+    return notes
+
+
+def check_groups(document: Document, report: Report) -> None:
+    """Report the groups of bodies that do not move on their own."""
+    for joint in document.joints.values():
+        body = document.bodies.get(joint.child)
+        if joint.type == "fixed" and body is not None and body.group is not None:
+            what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
+            report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")

@@ -1,0 +1,164 @@
+"""The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.document.reference docs/scene.md`` renews them.
+
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; that of units between
+``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from pydantic.fields import FieldInfo
+
+from eomgen.scene.bodies import beam_schema as schema_beams
+from eomgen.scene.bodies import schema as schema_bodies
+from eomgen.scene.control import schema as schema_control
+from eomgen.scene.document import schema
+from eomgen.scene.forces import schema as schema_forces
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
+from eomgen.scene.joints import frame_schema as schema_places
+from eomgen.scene.joints import schema as schema_joints
+from eomgen.scene.joints.frame_schema import Rotations
+from eomgen.scene.reading.keys import Table, every_unit, meaning_of
+from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
+from eomgen.scene.signals import schema as schema_signals
+from eomgen.scene.units.table import UNITS
+
+COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
+#: Titles of scopes on the page.
+SCOPES: dict[Scope, str] = {
+    FIXED_PARAMETERS: "of fixed parameters",
+    PARAMETERS: "of parameters",
+    TIME: "of time",
+    STATE: "of the state",
+    ROAD: "of scope *road*",
+    SPRING_FORCE: "of scope *spring force*",
+    EVERYTHING: "of everything",
+}
+_MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+_UNITS = re.compile(r"(<!-- units -->\n).*?(<!-- end -->)", re.DOTALL)
+_KINDS: tuple[tuple[Any, str], ...] = (
+    (Finite, "number"),
+    (Value, "value"),
+    (Triple, "3 values"),
+    (Values, "value or list of values"),
+    (Matrix, "3x3 numbers"),
+    (Rotations, "list of `axis`, `angle`"),
+    (bool, "true or false"),
+    (int, "whole number"),
+    (str, "text"),
+    (Unit, "text"),
+    (Description, "text"),
+)
+_MODULES = (
+    schema_places, schema_bodies, schema_joints, schema_signals, schema_forces, schema_beams, schema_control, schema,
+)  # fmt: skip
+_ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
+
+
+def tables() -> dict[str, type[Table]]:
+    """Return every class of the schema by name."""
+    return {
+        value.__name__: value
+        for module in _MODULES
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Table) and value is not Table
+    }
+
+
+def table(model: type[Table]) -> str:
+    """Return the Markdown table of a class of the schema: a row for each key of its own that has a description."""
+    rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
+    hints = get_type_hints(model, include_extras=True)
+    for name, field in model.model_fields.items():
+        if field.description is not None and name in model.__annotations__:
+            key = field.alias or name
+            rows.append(f"| `{key}` | {_type(hints[name], field)} | {_default(field)} | {field.description} |")
+    return "\n".join(rows) + "\n"
+
+
+def renewed(page: str) -> str:
+    """Return the text of a page with its tables as the schema has them."""
+    known = tables()
+    page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
+    return _MARKED.sub(lambda match: match[1] + table(known[match[2]]) + match[4], page)
+
+
+def units() -> str:
+    """Return the Markdown table of units."""
+    by_kind: dict[str, list[str]] = {}
+    for unit in UNITS:
+        shown = f"`{unit.symbol}`{'*' if unit.prefixed else ''}"
+        words = [word for word in unit.words.split() if word != unit.symbol and "_" not in word]
+        by_kind.setdefault(unit.coherent, []).append(f"{shown} {' or '.join(words)}".strip())
+    rows = [f"| {unit.replace('^2', '²').replace('^3', '³')} | {', '.join(names)} |" for unit, names in by_kind.items()]
+    return "\n".join(["| becomes | from |", "|---|---|", *rows]) + "\n"
+
+
+def described(page: str) -> list[str]:
+    """Return the names of the classes whose tables are on a page."""
+    return [match[2] for match in _MARKED.finditer(page)]
+
+
+def _type(annotation: Any, field: FieldInfo) -> str:
+    meaning = meaning_of(field)
+    kind = meaning.kind or (_entry(meaning.refers) if meaning.refers else _kind(annotation, field))
+    if meaning.kind:
+        return kind
+    scope = f" {SCOPES[meaning.names]}" if meaning.names is not None else ""
+    units = " or ".join(every_unit(meaning)).replace("^2", "²")
+    return f"{kind}{scope}{', ' if units else ''}{units}"
+
+
+def _kind(annotation: Any, field: FieldInfo) -> str:
+    limits = {name: getattr(entry, name) for entry in field.metadata for name in ("ge", "le") if hasattr(entry, name)}
+    if len(limits) == 2:
+        return f"{limits['ge']} to {limits['le']}"
+    if get_origin(annotation) in (Union, UnionType):
+        given = [part for part in get_args(annotation) if part is not type(None)]
+        if len(given) < len(get_args(annotation)):
+            annotation = Union[tuple(given)]  # noqa: UP007 - made of a list
+    for known, words in _KINDS:
+        if annotation == known:
+            return words
+    if get_origin(annotation) is Literal:
+        *most, last = (f"`{word}`" for word in get_args(annotation))
+        return f"{', '.join(most)} or {last}" if most else last
+    return "table, below"
+
+
+def _entry(section: str) -> str:
+    return _ENTRIES.get(section, section.removesuffix("s"))
+
+
+def _default(field: FieldInfo) -> str:
+    shown = meaning_of(field).shown_default
+    if shown or field.is_required():
+        return shown or "required"
+    if field.default is None:
+        return "none"
+    if isinstance(field.default, str):
+        return f"`{field.default}`" if field.default else '`""`'
+    if isinstance(field.default, tuple):
+        return f"`[{', '.join(f'{entry:g}' for entry in field.default)}]`"
+    return f"`{str(field.default).lower()}`" if isinstance(field.default, bool) else f"`{field.default:g}`"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Renew the pages that are given."""
+    if not arguments:
+        sys.stderr.write(f"usage: {COMMAND}\n")
+        return 2
+    for path in map(Path, arguments):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(renewed(text), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,126 @@
+"""The shape of a scene file, as pydantic models: which keys exist, what kind of value each takes and what it means.
+
+What needs more than one key to judge is in ``checks``; the tables of ``docs/scene.md`` are made from here by ``reference``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field, model_validator
+
+from eomgen.scene.bodies.beam_schema import Beam
+from eomgen.scene.bodies.schema import Base, Body, Point
+from eomgen.scene.control.schema import Controller, State
+from eomgen.scene.document.include_schema import Include
+from eomgen.scene.forces.schema import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
+from eomgen.scene.formula.scope import EVERYTHING, PARAMETERS
+from eomgen.scene.joints.schema import Constraint, Joint
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key
+from eomgen.scene.reading.kinds import Description, Finite, Triple, Unit, Values
+from eomgen.scene.signals.schema import Curve, Input
+from eomgen.system.terms import TERMS
+
+SECTIONS = (
+    "parameters",
+    "curves",
+    "inputs",
+    "states",
+    "controllers",
+    "bodies",
+    "beams",
+    "joints",
+    "constraints",
+    "points",
+    "springs",
+    "torsion_springs",
+    "bushings",
+    "tyres",
+    "forces",
+    "efforts",
+    "outputs",
+)
+
+
+class Parameter(Table):
+    """A named number."""
+
+    value: Finite = key("no formula", unit=ANY_UNIT)
+    tunable: bool = key("can be changed at every call without compiling again", False)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_number(cls, data: object) -> object:
+        return data if isinstance(data, Mapping) else {"value": data}
+
+
+class Output(Table):
+    """A named quantity that is recorded along a run."""
+
+    position: str | None = key("3 components in world axes", None, refers="points")
+    velocity: str | None = key("3 components in world axes", None, refers="points")
+    acceleration: str | None = key("3 components in world axes", None, refers="points")
+    formula: Values | None = key("one component or several", None, names=EVERYTHING)
+    energy: str | None = key(
+        "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
+    )
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
+    description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")
+
+
+class Simulation(Table):
+    """What ``simulate`` does when it is not told otherwise."""
+
+    method: str = key("see below", "generalized_alpha", kind="name")
+    step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")
+    duration: Finite = key("of the run", 10.0, unit="s")
+    rho_inf: Finite = key("numerical damping of generalized-alpha at high frequencies; 1 has none", 0.8, kind="0 to 1")
+    alpha: Finite | None = key("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", None, kind="0 to 1")
+    beta: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.25")
+    gamma: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.5")
+    tolerance: Finite | None = key("of local errors of `taylor`; 0: fixed steps", None, kind="0 to 0.1", shown_default="`1e-12`")
+    order: Annotated[int, Field(ge=2, le=40)] | None = key(
+        "of `taylor`", None, kind="whole number, 2 to 40", shown_default="what suits the tolerance"
+    )
+    record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
+        "steps between recorded rows", 1, kind="whole number from 1"
+    )
+    start: Literal["initial", "equilibrium"] = key(
+        "the joints' initial state, or static equilibrium near it, with their velocities", "initial"
+    )
+
+
+class Document(Table, BaseModel):  # the linter knows the children of BaseModel only where it is named
+    """A scene file of eomgen."""
+
+    format: Literal[1] = key("version of this format", kind="1")
+    name: str = key("name of the scene and prefix of its C functions", kind="name")
+    description: Description = key("one line for tables and plots", "")
+    gravity: Triple = key("in world axes", (0.0, 0.0, -9.81), unit="m/s^2", names=PARAMETERS)
+    coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](#absolute-coordinates)", "joint")
+    terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
+        "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
+    )
+    include: dict[str, Include] = {}
+    parameters: dict[str, Parameter] = {}
+    curves: dict[str, Curve] = {}
+    inputs: dict[str, Input] = {}
+    states: dict[str, State] = {}
+    controllers: dict[str, Controller] = {}
+    base: Base | None = None
+    bodies: dict[str, Body] = {}
+    beams: dict[str, Beam] = {}
+    joints: dict[str, Joint] = {}
+    constraints: dict[str, Constraint] = {}
+    points: dict[str, Point] = {}
+    springs: dict[str, Spring] = {}
+    torsion_springs: dict[str, TorsionSpring] = {}
+    bushings: dict[str, Bushing] = {}
+    tyres: dict[str, Tyre] = {}
+    forces: dict[str, Force] = {}
+    efforts: dict[str, Effort] = {}
+    outputs: dict[str, Output] = {}
+    simulation: Simulation = Simulation()

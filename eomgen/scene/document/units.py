@@ -1,0 +1,150 @@
+"""Unit strings in the data of a scene, brought to SI key by key as the schema says, before anything else is read.
+
+What cannot be converted is reported and becomes a ``Refused`` text, about which nobody complains again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from eomgen.scene.document.schema import Document
+from eomgen.scene.formula.namespaces import Included
+from eomgen.scene.reading.keys import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
+from eomgen.scene.reading.kinds import Refused
+from eomgen.scene.reading.report import Report
+from eomgen.scene.units.parser import Factors, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.scene.units.table import names
+from eomgen.text import key_of, shown
+
+_DEPTH = 4  # of lists in a value: a matrix has two
+
+
+def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str]]:
+    """Return the data of a scene with numbers in place of unit strings, and notes on labels that convert nothing.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file; what is not well formed is left as it is.
+    report : Report
+        Takes what cannot be converted.
+    """
+    converter = _Converter(data, report)
+    return converter.table(Document, "", data, None), converter.notes
+
+
+class _Converter:
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+        self.report = report
+        self.notes: list[str] = []
+        sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
+        self.joints = sections.get("joints", {})
+        bare = ("parameters", "inputs", "states", "controllers", "curves")
+        self.known = {str(name) for section in bare for name in sections.get(section, {})}
+
+    def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
+        """Convert the values of a table; ``kind`` is the type of what is around it."""
+        kind = data.get("type", kind or self.kind_of_joint(data))
+        result = dict(data)
+        fields = fields_of(model)
+        for name, (meaning, inner) in fields.items():
+            if name not in data:
+                continue
+            place = f"{key}.{name}" if key else name
+            if inner is not None:
+                result[name] = self.inner(inner, place, data[name], kind)
+            elif meaning.unit or meaning.names is not None:
+                component = data.get("index", 0) if "index" in fields else None
+                result[name] = self.value(_unit(meaning, kind, component), place, data[name])
+            if meaning.unit == ANY_UNIT and "unit" in fields:
+                self.label(key, data, result, name)
+        return result
+
+    def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
+        """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is written."""
+        written, number = data.get(name), result.get(name)
+        label = data.get("unit", "")
+        if not isinstance(label, str):
+            return
+        factors = _factors(label)
+        if isinstance(written, str) and isinstance(number, float):
+            from eomgen.scene.units.conversion import is_coherent, to_si  # noqa: PLC0415
+
+            quantity = read_quantity(written)
+            unit = to_si(quantity)[1]
+            if not label.strip():
+                result["unit"] = unit
+            elif factors is None or not is_coherent(factors, quantity):
+                what = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
+                self.report.add(f"{key}.unit", what, f'unit = "{unit}", or no unit')
+        elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
+            what = f"its unit {label} is a label, so {number:g} is taken as it is"
+            self.notes.append(f'{key}: {what}; "{number:g} {label}" would be converted to SI')
+
+    def kind_of_joint(self, data: Mapping[str, Any]) -> object:
+        joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None
+        return joint.get("type") if isinstance(joint, Mapping) else None
+
+    def inner(self, inner: Inner, key: str, value: Any, kind: object) -> Any:
+        shape, model = inner.shape, inner.model
+        if shape == "list" and isinstance(value, list | tuple):
+            return [self.entry(model, f"{key}[{place}]", entry, kind) for place, entry in enumerate(value)]
+        if shape == "entries" and isinstance(value, Mapping):
+            return {name: self.entry(model, f"{key}.{key_of(str(name))}", entry, kind) for name, entry in value.items()}
+        return self.entry(model, key, value, kind)
+
+    def entry(self, model: type[Table], key: str, entry: Any, kind: object) -> Any:
+        if isinstance(entry, str) and is_quantity(entry) and "value" in model.model_fields:
+            entry = {"value": entry}  # the short form of a parameter
+        if not isinstance(entry, Mapping):
+            return entry
+        return self.table(model, key, entry, kind)
+
+    def value(self, unit: Units, key: str, value: Any, depth: int = 0) -> Any:
+        """Convert every unit string in a value, which may be a list, a matrix or a table of numbers."""
+        if isinstance(value, Refused | Included):  # read with its own file
+            return value
+        if isinstance(value, str):
+            return self.text(unit, key, value) if is_quantity(value) else value
+        if isinstance(value, list | tuple) and depth < _DEPTH:
+            units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
+            return [self.value(units[place], f"{key}[{place}]", entry, depth + 1) for place, entry in enumerate(value)]
+        if isinstance(value, Mapping) and depth < _DEPTH:
+            return {name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()}
+        return value
+
+    def text(self, unit: Units, key: str, text: str) -> float | Refused:
+        from eomgen.scene.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
+
+        try:
+            quantity = read_quantity(text, self.known)
+            if not isinstance(unit, str):
+                raise UnitError(f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}")
+            if unit:
+                return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
+            number, coherent = to_si(quantity)
+            what, hint = f"{shown(text)} has a unit, and a number without one is needed here", repr(number).removesuffix(".0")
+            if measure(quantity.factors)[0] != 1:
+                hint = f"{hint}, which it is in {coherent}"
+        except UnitError as error:
+            what, hint = error.what, error.hint
+        self.report.add(key, what, hint)
+        return Refused(text)
+
+
+def _unit(meaning: Meaning, kind: object, index: object) -> Units:
+    """Return the unit of a key in an entry of a kind; of one component where the entry says which."""
+    unit = meaning.unit
+    if isinstance(unit, Mapping):
+        unit = unit.get(kind, "") if isinstance(kind, str) else ""
+    if isinstance(unit, tuple) and isinstance(index, int) and 0 <= index < len(unit):
+        return unit[index]
+    return unit
+
+
+def _factors(label: str) -> Factors | None:
+    try:
+        return read_unit(label)
+    except UnitError:
+        return None

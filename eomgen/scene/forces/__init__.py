@@ -1,0 +1,1 @@
+"""Forces and force elements: what the user writes, and what they become."""

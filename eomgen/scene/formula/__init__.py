@@ -1,0 +1,1 @@
+"""Formulas as small trees: words, scopes, tokens, parser, evaluation, where they jump or bend."""

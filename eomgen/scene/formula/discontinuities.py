@@ -1,0 +1,115 @@
+"""Where signals jump or bend: the times, found in formulas whose curves and comparisons have arguments linear in time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.scene.formula.piecewise import Curve
+
+
+def applications(formula: Formula) -> Sequence[Application]:
+    """Return where a formula takes the value of a curve, arguments of curves included."""
+    if isinstance(formula, Application):
+        return [formula, *applications(formula.argument)]
+    if isinstance(formula, Operation):
+        return [found for argument in formula.arguments for found in applications(argument)]
+    return []
+
+
+def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
+    """Return a and b where a formula is a t + b; ``value_of`` gives the number of a fixed parameter, None for others."""
+    if isinstance(formula, Number):
+        return 0.0, formula.value
+    if isinstance(formula, Symbol):
+        if formula.kind == "time":
+            return 1.0, 0.0
+        value = value_of(formula) if formula.kind == "parameter" else None
+        return None if value is None else (0.0, value)
+    if not isinstance(formula, Operation) or formula.name not in ("add", "sub", "mul", "div", "neg"):
+        return None
+    parts = [affine(argument, value_of) for argument in formula.arguments]
+    if any(part is None for part in parts):
+        return None
+    known = [part for part in parts if part is not None]
+    (a, b), (c, d) = known[0], known[-1]
+    match formula.name:
+        case "add":
+            return a + c, b + d
+        case "sub":
+            return a - c, b - d
+        case "neg":
+            return -a, -b
+        case "mul":
+            return (a * d, b * d) if c == 0.0 else (b * c, b * d) if a == 0.0 else None
+        case _:
+            return (a / d, b / d) if c == 0.0 and d != 0.0 else None
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The times from ``start`` to ``end`` for which a curve ``name`` has points."""
+
+    name: str
+    start: float
+    end: float
+
+
+def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Iterator[Reach]:
+    """Yield how far the curves of a formula reach that are not to be left, those whose arguments are linear in time."""
+    for used in applications(formula):
+        linear = affine(used.argument, value_of)
+        if isinstance(used.curve, Curve) and used.curve.outside == "error" and linear is not None and linear[0] != 0.0:
+            a, b = linear
+            start, end = sorted(((used.curve.start - b) / a, (used.curve.end - b) / a))
+            yield Reach(used.curve.name, start, end)
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A time at which something is not smooth: from ``time`` on every ``period`` where that is not 0.
+
+    ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times the
+    precision of its numbers the time is uncertain by, in s.
+    """
+
+    time: float
+    period: float
+    order: int
+    blur: float
+
+
+def corners(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Corner]:
+    """Yield the corners of a formula, those of curves and comparisons whose arguments are linear in time.
+
+    Parameters
+    ----------
+    derivatives : int
+        How many time derivatives of the formula forces depend on: 2 for the position of the base.
+    """
+    if isinstance(formula, Application):
+        linear = affine(formula.argument, value_of)
+        if linear is not None and linear[0] != 0.0:
+            a, b = linear
+            for place, order in formula.curve.kinks():
+                period = getattr(formula.curve, "period", 0.0) / abs(a)
+                yield Corner((place - b) / a, period, order - formula.derivative - derivatives, (abs(place) + abs(b)) / abs(a))
+        yield from corners(formula.argument, value_of, derivatives)
+    elif isinstance(formula, Operation):
+        if formula.name in _CORNERS:
+            pair = [affine(argument, value_of) for argument in (*formula.arguments, Number(0.0))[:2]]
+            yield from _crossing(pair, _CORNERS[formula.name] - derivatives)
+        for argument in formula.arguments:
+            yield from corners(argument, value_of, derivatives)
+
+
+#: Functions that are not smooth where their argument is 0, or their two arguments are equal, and what jumps there.
+_CORNERS = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
+
+
+def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Corner]:
+    first, second = pair
+    if first is not None and second is not None and first[0] != second[0]:
+        slope = first[0] - second[0]
+        yield Corner((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))

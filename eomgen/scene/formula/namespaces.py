@@ -1,0 +1,147 @@
+"""The names of an included file: its formulas are read in its own words, and their symbols renamed in the tree that was read.
+
+So a message quotes what the file says, and no text is ever edited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
+
+from eomgen.scene.formula.evaluate import symbols
+from eomgen.scene.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.scene.formula.parser import read_formula, section_of
+from eomgen.scene.formula.scope import PARAMETERS, Names, Scope
+from eomgen.scene.formula.tokens import FormulaError
+
+Entry = TypeVar("Entry")
+_NOTHING_KNOWN = Symbol("parameter", "")
+
+
+@dataclass(frozen=True, eq=False)
+class Namespace:
+    """What the names of an included file are in the file that includes it.
+
+    Attributes
+    ----------
+    names : by section, from the name in the included file to the name in the including one.
+    values : parameters of the included file that are formulas of the including one.
+    """
+
+    names: Mapping[str, Mapping[str, str]]
+    values: Mapping[str, str]
+
+
+class Included(str):
+    """A text of an included file, with the namespaces from that file out to the scene."""
+
+    __slots__ = ("spaces",)
+    spaces: tuple[Namespace, ...]
+
+    def __new__(cls, text: str, space: Namespace) -> Included:
+        """Return a text one namespace further out: what an included file includes has two."""
+        included = super().__new__(cls, text)
+        included.spaces = (*spaces_of(text), space)
+        return included
+
+
+def spaces_of(text: str) -> tuple[Namespace, ...]:
+    """Return the namespaces around a text, the innermost first; none for a text of the scene itself."""
+    return text.spaces if isinstance(text, Included) else ()
+
+
+def read_included(text: str, names: Names, scope: Scope) -> Formula:
+    """Read a formula in the names of its own file, and return it in those of the scene, ``names``.
+
+    Raises
+    ------
+    FormulaError
+        In the words of the file.
+    """
+    return _read(text, spaces_of(text), names, scope)
+
+
+def known_there(text: str, names: Collection[str]) -> frozenset[str]:
+    """Return what the names of entries of the scene are in the file that a text is from, as far as it knows them."""
+    spaces = spaces_of(text)
+    if not spaces:
+        return frozenset(names)
+    found = set()
+    for section, local_names in spaces[0].names.items():
+        for local, name in local_names.items():
+            for space in spaces[1:]:
+                name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
+            if name in names:
+                found.add(local)
+    return frozenset(found)
+
+
+def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) -> Formula:
+    formula = read_formula(text, _seen(names, spaces), scope)
+    return _mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
+
+
+def _seen(names: Names, spaces: tuple[Namespace, ...]) -> Names:
+    """Return the names of a scene as a file sees its own among them."""
+    if not spaces:
+        return names
+    space, outer = spaces[0], _seen(names, spaces[1:])
+    seen: dict[str, Any] = {}
+    for field in fields(Names):
+        known = getattr(outer, field.name)
+        here = {local: name for local, name in space.names.get(field.name, {}).items() if name in known}
+        seen[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
+    bound = {}
+    for name, value in space.values.items():
+        bound[name] = any(names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names)))
+    return replace(outer, **{**seen, "parameters": {**seen["parameters"], **bound}})
+
+
+class _Renamed(Mapping[str, Entry]):
+    """Entries under the names that an included file has for them."""
+
+    def __init__(self, entries: Mapping[str, Entry], names: Mapping[str, str]) -> None:
+        self.entries = entries
+        self.names = names
+
+    def __getitem__(self, name: str) -> Entry:
+        return self.entries[self.names[name]]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
+    """Return what a parameter of an included file is in the scene: nothing known where that cannot be read and is reported."""
+    try:
+        return _read(value, spaces, names, PARAMETERS)
+    except FormulaError:
+        return _NOTHING_KNOWN
+
+
+def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Formula:
+    """Return what a symbol of a file is in the scene."""
+    for place, space in enumerate(spaces):
+        if symbol.kind == "parameter" and symbol.name in space.values:
+            return _bound(space.values[symbol.name], spaces[place + 1 :], names)
+        section = section_of(symbol.kind)
+        if section == "joints" and symbol.name in space.names["beams"]:
+            section = "beams"  # whose elastic coordinates are called like those of joints
+        if section:
+            symbol = replace(symbol, name=space.names[section][symbol.name])
+    return symbol
+
+
+def _mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
+    """Return a formula with every symbol replaced; curves are known by themselves, not by their names."""
+    if isinstance(formula, Symbol):
+        return rename(formula)
+    if isinstance(formula, Operation):
+        return replace(formula, arguments=tuple(_mapped(argument, rename) for argument in formula.arguments))
+    if isinstance(formula, Application):
+        return replace(formula, argument=_mapped(formula.argument, rename))
+    return formula

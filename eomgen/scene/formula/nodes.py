@@ -1,0 +1,72 @@
+"""The parsed form of a user's formula: a small closed set of nodes, data only.
+
+Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``formula.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.scene.formula.piecewise import AnyCurve
+
+
+@dataclass(frozen=True)
+class Number:
+    """A literal."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
+
+    Attributes
+    ----------
+    kind : str
+        ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
+        ``acceleration``, ``length``, ``rate``, ``tension``, ``load``, ``deflection`` or ``energy``.
+    name : str
+        Name of the parameter, input, state, controller, joint, point, spring or tyre; empty for time; ``kinetic``,
+        ``potential``, ``total``, ``base_power`` or ``power`` for energies.
+    index : int
+        Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position); 0 where
+        there is only one.
+    """
+
+    kind: str
+    name: str = ""
+    index: int = 0
+
+
+@dataclass(frozen=True)
+class Operation:
+    """An operator or function applied to arguments.
+
+    Attributes
+    ----------
+    name : str
+        ``add sub mul div pow neg``, ``lt le`` (1.0 or 0.0), ``select`` (condition, then, otherwise), or a function:
+        ``sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max``.
+    arguments : tuple of Formula
+    """
+
+    name: str
+    arguments: tuple[Formula, ...]
+
+
+@dataclass(frozen=True)
+class Application:
+    """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 * t)``."""
+
+    curve: AnyCurve
+    argument: Formula
+    derivative: int = 0
+
+
+Formula = Number | Symbol | Operation | Application
+#: Three formulas: the components of a vector.
+Vector = tuple[Formula, Formula, Formula]
+ZERO: Formula = Number(0.0)
+ONE: Formula = Number(1.0)
+ZERO_VECTOR: Vector = (ZERO, ZERO, ZERO)

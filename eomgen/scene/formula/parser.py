@@ -1,0 +1,289 @@
+"""A user's formula, read into a small closed set of nodes through a whitelist over Python's syntax tree; nothing is ever run.
+
+Every identifier gets a prefix before the text is parsed, so Python's and C's keywords are ordinary names here;
+only ``if else and or not`` are words of the language.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from collections.abc import Mapping
+
+from eomgen.scene.formula.evaluate import apply
+from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.scene.formula.scope import CONFIGURATION_SIZE, DERIVATIVES, ENERGIES, FUNCTIONS, VELOCITY_SIZE, Names, Scope
+from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
+from eomgen.text import is_legal, nearest, shown
+
+LARGEST_EXPONENT = 64.0
+_BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.Pow: "pow"}
+_COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
+
+
+def read_formula(text: str, names: Names, scope: Scope) -> Formula:
+    """Read a formula.
+
+    Parameters
+    ----------
+    text : str
+        At most 2000 characters and 50 levels.
+    names : Names
+        What the scene declares.
+    scope : Scope
+        Which kinds of symbols may occur here.
+
+    Raises
+    ------
+    FormulaError
+        With the column and what to try.
+    """
+    return _Reader(text, names, scope).read()
+
+
+class _Reader:
+    def __init__(self, text: str, names: Names, scope: Scope) -> None:
+        self.text = FormulaText(text)
+        self.names = names
+        self.scope = scope
+
+    def read(self) -> Formula:
+        try:
+            tree = ast.parse(self.text.aliased, mode="eval")
+        except SyntaxError as error:
+            column = self.text.column(max((error.offset or 1) - 1, 0))
+            rest = self.text.text[column - 1 :].strip()
+            near = f"at {shown(rest[:20])}" if rest else "at its end"
+            what = f"the formula is not well formed {near}"
+            word = re.match(r"[A-Za-z_0-9]*", rest)
+            in_degrees = word is not None and word[0] in DEGREES
+            hint = IN_RADIANS if in_degrees else "operators between terms and matching brackets"
+            raise FormulaError(what, column, hint) from None
+        except (RecursionError, MemoryError, ValueError):
+            raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
+        return self.convert(tree.body, 1)[0]
+
+    def error(self, node: ast.expr, what: str, hint: str = "") -> FormulaError:
+        return FormulaError(what, self.text.column(node.col_offset), hint)
+
+    def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
+        """Return the formula of a node, and its value where it is a constant."""
+        if depth > DEPTH:
+            raise self.error(node, f"{TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            value = float(node.value)  # type: ignore[arg-type]
+            return Number(value), value
+        if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
+            return self.binary(node, depth)
+        if isinstance(node, ast.UnaryOp):
+            return self.unary(node, depth)
+        if isinstance(node, ast.Compare):
+            return self.comparison(node, depth)
+        if isinstance(node, ast.BoolOp):
+            parts = [self.condition(value, depth + 1) for value in node.values]
+            return self.fold(node, "mul" if isinstance(node.op, ast.And) else "max", parts)
+        if isinstance(node, ast.IfExp):
+            branches = [self.convert(branch, depth + 1) for branch in (node.body, node.orelse)]
+            return self.operation(node, "select", [self.condition(node.test, depth + 1), *branches])
+        if isinstance(node, ast.Call):
+            return self.call(node, depth)
+        if isinstance(node, ast.Name):
+            return self.bare(node)
+        if isinstance(node, ast.Attribute | ast.Subscript):
+            return self.quantity(node), None
+        raise self.error(node, "this is not a number, a name, an operation or a function", "one expression that gives one number")
+
+    def operation(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+        values = [value for _, value in parts if value is not None]
+        value = None
+        if len(values) == len(parts):
+            try:
+                value = apply(name, values)
+            except ArithmeticError as error:
+                raise self.error(node, f"the constant {error}", "a finite constant") from None
+        return Operation(name, tuple(formula for formula, _ in parts)), value
+
+    def fold(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+        """Apply an associative operation to many arguments by halves, which keeps the depth small."""
+        if len(parts) == 1:
+            return parts[0]
+        half = len(parts) // 2
+        return self.operation(node, name, [self.fold(node, name, parts[:half]), self.fold(node, name, parts[half:])])
+
+    def binary(self, node: ast.BinOp, depth: int) -> tuple[Formula, float | None]:
+        name = _BINARY[type(node.op)]
+        parts = [self.convert(node.left, depth + 1), self.convert(node.right, depth + 1)]
+        exponent = parts[1][1]
+        if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
+            what = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
+            raise self.error(node.right, what, "exp() or a smaller exponent")
+        return self.operation(node, name, parts)
+
+    def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
+        if isinstance(node.op, ast.Not):
+            return self.operation(node, "sub", [(Number(1.0), 1.0), self.condition(node.operand, depth + 1)])
+        formula, value = self.convert(node.operand, depth + 1)
+        if isinstance(node.op, ast.UAdd):
+            return formula, value
+        if isinstance(formula, Number):
+            return Number(-formula.value), -formula.value
+        return self.operation(node, "neg", [(formula, value)])
+
+    def comparison(self, node: ast.Compare, depth: int) -> tuple[Formula, float | None]:
+        operands = [self.convert(operand, depth + 1) for operand in (node.left, *node.comparators)]
+        parts = []
+        for place, operator in enumerate(node.ops):
+            if type(operator) not in _COMPARISONS:
+                raise self.error(node, "this comparison is not part of formulas", "< <= > >=")
+            name, swapped = _COMPARISONS[type(operator)]
+            pair = operands[place : place + 2]
+            parts.append(self.operation(node, name, pair[::-1] if swapped else pair))
+        return self.fold(node, "mul", parts)
+
+    def condition(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
+        is_not = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+        if not (is_not or isinstance(node, ast.Compare | ast.BoolOp)):
+            raise self.error(node, "a condition is needed here, not a number", "a comparison such as x > 0")
+        return self.convert(node, depth)
+
+    def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
+        if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
+            return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
+        if not isinstance(node.func, ast.Name):
+            raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
+        name = node.func.id.removeprefix(PREFIX)
+        if name in self.names.curves:
+            return self.application(node, name, "", depth)
+        if name not in FUNCTIONS:
+            hint = IN_RADIANS if name in DEGREES else nearest(name, [*self.names.curves, *sorted(FUNCTIONS)])
+            raise self.error(node, f"unknown function {shown(name)}", hint)
+        if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
+            raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
+        count, variadic = FUNCTIONS[name], name in ("min", "max")
+        if len(node.args) != count and not (variadic and len(node.args) > count):
+            needed = f"{count} arguments or more" if variadic else f"{count} argument{'s' * (count > 1)}"
+            raise self.error(node, f"{name}() takes {needed}, not {len(node.args)}")
+        parts = [self.convert(argument, depth + 1) for argument in node.args]
+        return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
+
+    def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
+        """Return a curve, or a derivative of it, at an argument."""
+        name = name.removeprefix(PREFIX)
+        call = f"{word}.{name}" if word else name
+        if word and word not in DERIVATIVES:
+            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name))
+        if name not in self.names.curves:
+            hint = nearest(name, self.names.curves) or "a [curves] section"
+            raise self.error(node, f"there is no curve {shown(name)}", hint)
+        self.allow(node, "curve", f"the curve {shown(name)}")
+        if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
+            raise self.error(node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)}", f"{call}(t)")
+        argument, _ = self.convert(node.args[0], depth + 1)
+        return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
+
+    def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
+        name = node.id.removeprefix(PREFIX)
+        if name == "pi":
+            return Number(math.pi), math.pi
+        if name == "t":
+            self.allow(node, "time", "time t")
+            return Symbol("time"), None
+        if name in self.names.parameters:
+            if self.names.parameters[name] and "fixed" in self.scope.kinds:
+                what = f"the tunable parameter {shown(name)} cannot be used here"
+                raise self.error(node, what, "a fixed parameter (tunable = false)")
+            self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
+            return Symbol("parameter", name), None
+        if name in self.names.inputs:
+            self.allow(node, "input", f"the input {shown(name)}")
+            return Symbol("input", name), None
+        for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
+            if name in names:
+                self.allow(node, kind, f"the {kind} {shown(name)}")
+                return Symbol(kind, name), None
+        if name in FUNCTIONS:
+            raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
+        if name in self.names.curves:
+            raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
+        for what, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
+            if name in movable:
+                raise self.error(node, f"{shown(name)} is a {what}, not a number", f"q.{name} or v.{name}")
+        declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
+        known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
+        raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
+
+    def allow(self, node: ast.expr, kind: str, what: str) -> None:
+        if kind not in self.scope.kinds:
+            raise self.error(node, f"{what} cannot be used here", f"{self.scope.description} only")
+
+    def quantity(self, node: ast.Attribute | ast.Subscript) -> Symbol:
+        index = None
+        inner: ast.expr = node
+        if isinstance(node, ast.Subscript):
+            if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
+                raise self.error(node, "an index must be a whole number", "[0]")
+            index, inner = int(node.slice.value), node.value
+        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+            raise self.error(node, "only quantities such as q.joint or position.point[2] have parts")
+        kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
+        known, size = self.family(kind, name)
+        if known is None:
+            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, _KINDS))
+        scope_kind = "power" if kind == "energy" and name.endswith("power") else kind
+        self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
+        if kind == "rate" and name in self.names.states and name not in known:
+            what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
+            raise self.error(node, what, f"its formula, or the state {name}")
+        if name not in known:
+            what = "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _KINDS[kind]
+            raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
+        if size is None:
+            return Symbol(kind, name, index or 0)
+        if size == 0:
+            raise self.error(node, f"{kind}.{name}: a fixed joint has no coordinates", "a moving joint")
+        if index is None and size > 1:
+            raise self.error(node, f"{kind}.{name} has {size} components", f"{kind}.{name}[0]")
+        if index is not None and index >= size:
+            hint = f"an index from 0 to {size - 1}" if size > 1 else f"{kind}.{name}"
+            raise self.error(node, f"{kind}.{name} has no component {index}", hint)
+        return Symbol(kind, name, index or 0)
+
+    def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
+        """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
+        if kind in ("q", "v", "a"):
+            sizes = CONFIGURATION_SIZE if kind == "q" else VELOCITY_SIZE
+            elastic = self.names.beams.get(name) or None
+            return [*self.names.joints, *self.names.beams], sizes.get(self.names.joints.get(name, ""), elastic)
+        if kind in ("position", "velocity", "acceleration"):
+            return list(self.names.points), 3
+        if kind in ("length", "rate", "tension"):
+            return list(self.names.springs), 1
+        if kind in ("load", "deflection"):
+            return list(self.names.tyres), 1
+        return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+def _plain_hint(word: str, name: str) -> str:
+    """Return what to write in place of ``word.name(...)``, which Python's modules have and formulas do not."""
+    if word in _MODULES and name in FUNCTIONS:
+        return f"{name}(...)"
+    if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
+        return f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a plain one'
+    return f"one of {', '.join(sorted(FUNCTIONS))}"
+
+
+_MODULES = ("np", "numpy", "math")
+_KINDS: Mapping[str, str] = {
+    **dict.fromkeys(("q", "v", "a"), "joint"),
+    **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
+    **dict.fromkeys(("length", "rate", "tension"), "spring"),
+    **dict.fromkeys(("load", "deflection"), "tyre"),
+    "energy": "energy",
+}
+
+
+def section_of(kind: str) -> str:
+    """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""
+    word = _KINDS.get(kind, kind)
+    return "" if word in ("time", "energy") else f"{word}s"

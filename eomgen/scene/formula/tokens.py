@@ -1,0 +1,129 @@
+"""The text of a formula made ready for Python's parser: whitelisted tokens only, every name prefixed, columns remembered."""
+
+from __future__ import annotations
+
+import bisect
+import math
+import re
+import unicodedata
+
+from eomgen.errors import DescriptionError, Problem
+from eomgen.scene.formula.scope import WORDS
+from eomgen.scene.units.parser import in_formula
+from eomgen.text import shown
+
+TEXT_LENGTH = 2000
+DEPTH = 50
+PREFIX = "n_"
+_TOKEN = re.compile(
+    r"(?P<space>[ \t\r\n]+)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?P<operator>\*\*|<=|>=|//|==|!=|:=|&&|\|\||.)",
+    re.DOTALL,
+)
+_OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
+_ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
+_ADVICE |= {"&&": "and", "||": "or", "!": "not"}
+#: Words that users of degrees write, and what to tell them.
+DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
+IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
+TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
+_ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
+
+
+class FormulaError(DescriptionError):
+    """A formula that cannot be taken: ``what``, ``column`` (from 1) and ``hint`` say why."""
+
+    def __init__(self, what: str, column: int, hint: str = "") -> None:
+        self.what = f"{what} (column {column})"
+        self.column = column
+        self.hint = hint
+        super().__init__(Problem("formula", self.what, hint))
+
+
+class FormulaText:
+    """A formula's text and its form for the parser, ``aliased``.
+
+    Parameters
+    ----------
+    text : str
+        The user's.
+
+    Raises
+    ------
+    FormulaError
+        For anything that is no token of the language, and for texts too long or nested too deep.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.aliased_starts: list[int] = []
+        self.columns: list[int] = []
+        if len(text) > TEXT_LENGTH:
+            what = f"the formula has {len(text)} characters, more than {TEXT_LENGTH}"
+            raise FormulaError(what, TEXT_LENGTH + 1, "parameters or inputs for its parts")
+        if not text.strip():
+            raise FormulaError("the formula is empty", 1, "a number")
+        self.aliased = self.alias()
+
+    def alias(self) -> str:
+        """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised."""
+        pieces: list[str] = []
+        length = brackets = 0
+        before = ("", "")
+        for match in _TOKEN.finditer(self.text):
+            kind, token, column = str(match.lastgroup), match.group(), match.start() + 1
+            if kind == "space":
+                piece = " " if pieces else ""  # Python takes a blank at the start for an indentation
+            elif kind == "number":
+                piece = self.number_text(token, column, match.end())
+            elif kind == "name":
+                if before[0] == "number" and token not in WORDS:
+                    raise self.beside(before[1], token, self.columns[-1] if pieces[-1] != " " else self.columns[-2])
+                piece = token if token in WORDS and before != ("operator", ".") else PREFIX + token
+            elif token in _OPERATORS:
+                brackets += (token in "([") - (token in ")]")
+                if brackets > DEPTH:
+                    raise FormulaError(TOO_DEEP, column, "a shorter formula")
+                piece = token
+            else:
+                raise self.refused(token, column)
+            self.aliased_starts.append(length)
+            self.columns.append(column)
+            pieces.append(piece)
+            length += len(piece)
+            if kind != "space":
+                before = (kind, token)
+        return "".join(pieces)
+
+    def number_text(self, token: str, column: int, end: int) -> str:
+        if end < len(self.text) and (self.text[end].isalnum() or self.text[end] == "_"):
+            word = re.match(r"[A-Za-z_0-9]*", self.text[end:])
+            raise self.beside(token, word[0] if word else "", column)
+        if token.isdigit() and len(token) <= 15:
+            return str(int(token))
+        value = float(token)
+        if not math.isfinite(value):
+            raise FormulaError(f"the number {shown(token)} is too large", column, "a number below 1e308")
+        return repr(value)
+
+    def beside(self, number: str, word: str, column: int) -> FormulaError:
+        """Return what is wrong with a number that a word follows."""
+        if word in DEGREES:
+            return FormulaError(f"the number {shown(number)} runs into a name", column, IN_RADIANS)
+        what, hint = in_formula(number, word)
+        return FormulaError(what, column, hint)
+
+    def refused(self, token: str, column: int) -> FormulaError:
+        if token in _ADVICE:
+            return FormulaError(f"the operator {shown(token)} is not part of formulas", column, _ADVICE[token])
+        if token in "'\"`":
+            return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
+        title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
+        hint = IN_RADIANS if token in DEGREES else _ALPHABET
+        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, hint)
+
+    def column(self, offset: int) -> int:
+        """Return the user's column (from 1) for an offset in the parser's text."""
+        if offset >= len(self.aliased):
+            return len(self.text) + 1
+        return self.columns[bisect.bisect_right(self.aliased_starts, offset) - 1]

@@ -1,0 +1,1 @@
+"""Rotations and mass properties as numbers; knows nothing of scenes."""

@@ -1,0 +1,64 @@
+"""Constraints between bodies: what closes a loop, and what joints become in absolute coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from eomgen.scene.formula.nodes import Formula, Number
+
+ZERO: Formula = Number(0.0)
+
+ConstraintType = Literal[
+    "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance", "point_on_line",
+    "rolling",
+]  # fmt: skip
+
+#: Number of equations of each type: (holonomic, velocity level).
+ROWS: dict[str, tuple[int, int]] = {
+    "spherical": (3, 0), "revolute": (5, 0), "universal": (4, 0), "cylindrical": (4, 0), "helical": (5, 0), "prismatic": (5, 0),
+    "planar": (3, 0), "fixed": (6, 0), "distance": (1, 0), "point_on_line": (2, 0), "rolling": (1, 2),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame fixed in a body (or in the base).
+
+    Attributes
+    ----------
+    position : formulas of parameters, in the body's frame
+    orientation : (3, 3) constant rotation, frame axes to body axes, row by row; z is the joint's axis
+    """
+
+    body: str
+    position: tuple[Formula, Formula, Formula] = (ZERO, ZERO, ZERO)
+    orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A constraint between two frames, which coincide when it is met with all free displacements zero.
+
+    Attributes
+    ----------
+    type : str
+        ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of ``helical``
+        travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
+        the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
+        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length`` apart;
+        ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on the first's xy plane
+        without slip.
+    drive : formula of t and parameters, or None
+        Prescribes the free displacement: angle of ``revolute``, travel of ``prismatic`` and ``cylindrical``.
+    """
+
+    name: str
+    type: ConstraintType
+    first: Frame
+    second: Frame
+    drive: Formula | None = None
+    length: Formula = ZERO
+    radius: Formula = ZERO
+    pitch: Formula = ZERO
+    shape: Literal["disc", "sphere"] = "disc"

@@ -1,0 +1,49 @@
+"""The shape of rotations and frames, which several sections of a scene file take, and units by coordinate of a joint."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Triple, Value
+
+
+def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
+    """Return the unit of what belongs to each coordinate, by type of joint."""
+    return {
+        "revolute": angular,
+        "prismatic": linear,
+        "helical": angular,
+        "cylindrical": (angular, linear),
+        "universal": (angular, angular),
+        "planar": (angular, linear, linear),
+    }
+
+
+class Rotation(Table):
+    """A rotation by an angle about an axis."""
+
+    axis: Triple = key("of any length", names=FIXED_PARAMETERS)
+    angle: Value = key("of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad")
+
+
+Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]
+
+
+class Frame(Table):
+    """A frame that a constraint or a bushing holds: a point's name, or a table."""
+
+    body: str | None = key("where the frame is", None, refers="bodies", kind="body or `base`")
+    point: str | None = key("the same, by a point's name", None, refers="points")
+    position: Triple | None = key("in the body", None, unit="m", names=PARAMETERS, shown_default="`[0, 0, 0]`")
+    rotation: Rotations | None = key("the frame's axes, in place of `axis`", None)
+    axis: Triple | None = key("the frame's z axis, in the body's axes", None, names=FIXED_PARAMETERS)
+    x_axis: Triple | None = key("the frame's x axis is the part of it across `axis`", None, names=FIXED_PARAMETERS)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_point(cls, data: object) -> object:
+        return {"point": data} if isinstance(data, str) else data

@@ -1,0 +1,112 @@
+"""Frames from the written form: where they are and which way their axes point, for constraints and bushings.
+
+Two axes say nothing about the angle between two bodies. So where that angle matters, a frame given by its axis needs an
+``x_axis`` too: the frame's x is the part of it across the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Literal
+
+from eomgen.scene.document.checks import check_reference
+from eomgen.scene.formula.nodes import ZERO_VECTOR
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.geometry.rotations import frame_about, rows, sequence
+from eomgen.scene.joints import frame_schema as written
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import BASE, WORLD, Point
+from eomgen.text import key_of, listed
+
+#: What is used of a frame besides its origin; "any" takes the body's own axes where nothing is said.
+Need = Literal["nothing", "z", "x and z", "any"]
+
+
+def read_frame(
+    key: str,
+    title: str,
+    frame: written.Frame,
+    need: Need,
+    bodies: Collection[str],
+    points: Mapping[str, Point],
+    values: Values,
+) -> Frame:
+    """Return a checked frame; ``title`` says in messages whose it is."""
+    report = values.report
+    orientation = _orientation(key, title, frame, need, values)
+    if frame.point is None:
+        position = ZERO_VECTOR if frame.position is None else values.vector(f"{key}.position", frame.position, PARAMETERS)
+        if frame.body is None:
+            report.add(key, "the frame belongs to no body", f'body = "{BASE}", or a point')
+            return Frame(BASE, position, orientation)
+        check_reference(f"{key}.body", frame.body, [BASE, *bodies], "body", report)
+        return Frame(frame.body, position, orientation)
+    for field in ("body", "position"):
+        if getattr(frame, field) is not None:
+            report.add(f"{key}.{field}", f"the point gives the {field} already", f"either point or {field}")
+    if frame.point in (BASE, *bodies) and frame.point not in values.names.points:
+        report.add(f"{key}.point", f"{frame.point} is a body, not a point", f'{{ body = "{frame.point}" }}')
+    else:
+        check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
+    point = points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
+    return Frame(point.body, point.position, orientation)
+
+
+def _orientation(
+    key: str, title: str, frame: written.Frame, need: Need, values: Values
+) -> tuple[tuple[float, float, float], ...]:
+    """Return the frame's axes in the body: by rotations, or by z and, where the angle matters, x."""
+    report = values.report
+    if frame.rotation is not None:
+        for field in ("axis", "x_axis"):
+            if getattr(frame, field) is not None:
+                report.add(f"{key}.{field}", f"{field} and rotation are both given", "one of them")
+        return rows(sequence(values.constant_rotations(f"{key}.rotation", frame.rotation) or []))
+    if frame.axis is None:
+        if frame.x_axis is not None:
+            report.add(f"{key}.x_axis", "x_axis has no meaning without axis, the z axis of the frame", "axis = [0, 0, 1]")
+        elif need not in ("nothing", "any"):
+            extra = ", x_axis = [1, 0, 0]" if need == "x and z" else ""
+            report.add(key, f"a {title} needs the axes of this frame", f"axis = [0, 0, 1]{extra}, or rotation")
+        return rows(sequence([]))
+    if need == "nothing":
+        report.add(f"{key}.axis", f"a {title} has no axis in this frame", "only where the frame is")
+    axis = values.axis(f"{key}.axis", frame.axis)
+    if frame.x_axis is None:
+        if need in ("x and z", "any"):
+            what = f"the angle about the axis matters to a {title}, and axis does not say it"
+            report.add(key, what, "x_axis = [1, 0, 0], in the axes of this body, or rotation")
+        return rows(sequence([]) if axis is None else frame_about(axis))
+    x_axis = values.axis(f"{key}.x_axis", frame.x_axis)
+    if axis is None or x_axis is None:
+        return rows(sequence([]))
+    if abs(float(axis @ x_axis)) > 1.0 - 1e-9:
+        report.add(f"{key}.x_axis", "x_axis is parallel to axis", "a direction across it")
+        return rows(sequence([]))
+    return rows(frame_about(axis, x_axis))
+
+
+def check_two_bodies(
+    section: str, name: str, first: Frame, second: Frame, joints: Sequence[Joint], beams: Collection[str], report: Report
+) -> None:
+    """Report frames in one rigid body, which fixed joints make of several.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    beams : collection of str
+        Bodies that are not rigid, neither by themselves nor with what is fixed to them.
+    """
+    host = {BASE: BASE, WORLD: WORLD}
+    for joint in joints:
+        rigid = joint.type == "fixed" and joint.parent not in beams and joint.child not in beams
+        host[joint.child] = host.get(joint.parent, joint.parent) if rigid else joint.child
+    one, other = first.body, second.body
+    if one not in beams and one in host and other in host and host[one] == host[other]:
+        which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
+        hint = "frames in two bodies that move against each other"
+        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {which}", hint)

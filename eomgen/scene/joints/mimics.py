@@ -1,0 +1,39 @@
+"""Joints that follow others: whom they can follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.reading.report import Report
+from eomgen.text import key_of, listed, nearest, shown
+
+
+def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:
+    """Report joints that follow one that is not there, has not one coordinate, or follows them in its turn.
+
+    Parameters
+    ----------
+    refused : iterable of str
+        Joints whose declarations are broken: they exist, but nothing is known of them.
+    """
+    for joint in joints.values():
+        key, path = key_of("joints", joint.name, "mimic"), [joint.name]
+        leader = joint
+        while leader.mimic is not None and leader.mimic.joint in joints and leader.mimic.joint not in path:
+            leader = joints[leader.mimic.joint]
+            path.append(leader.name)
+        if leader.mimic is not None and leader.mimic.joint == joint.name == next(name for name in joints if name in path):
+            circle = listed([*path, joint.name]) if len(path) > 1 else ""
+            what = f"the joints follow one another in a circle: {circle}" if circle else f"the joint {joint.name} follows itself"
+            report.add(f"{key}.joint", what, "one joint that leads")
+        if joint.mimic is None or joint.mimic.joint in refused:
+            continue
+        if joint.mimic.joint not in joints:
+            report.add(f"{key}.joint", f"there is no joint {shown(joint.mimic.joint)}", nearest(joint.mimic.joint, joints))
+            continue
+        first = joints[joint.mimic.joint]
+        if SIZES[first.type] != (1, 1):
+            count = SIZES[first.type][1] or "no"
+            what = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
+            report.add(f"{key}.joint", what, "a revolute, prismatic or helical joint")

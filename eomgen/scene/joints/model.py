@@ -1,0 +1,78 @@
+"""The joints of a scene: their types with numbers of coordinates, their placement, and what acts in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from eomgen.scene.forces.elements import Friction, Stop
+from eomgen.scene.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
+
+JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
+#: A formula of parameters where a joint has one coordinate, one formula for each where it has several.
+Coefficients = Formula | tuple[Formula, ...]
+
+#: Numbers of coordinates and of velocity components of each joint type.
+SIZES: Mapping[str, tuple[int, int]] = {
+    "fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "helical": (1, 1), "cylindrical": (2, 2), "universal": (2, 2),
+    "planar": (3, 3), "spherical": (4, 3), "free": (7, 6),
+}  # fmt: skip
+
+#: Numbers of coordinates that are angles, which come first.
+ANGLES: Mapping[str, int] = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "planar": 1}
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A coordinate that follows another: q = multiplier q_leader + offset, formulas of parameters.
+
+    The leader has one coordinate; it may follow another in its turn, but not in a circle.
+    """
+
+    joint: str
+    multiplier: Formula = ONE
+    offset: Formula = ZERO
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint, with the child's frame at ``position`` and ``orientation`` in the parent's frame when q is neutral.
+
+    Attributes
+    ----------
+    axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints; the first
+        axis of universal ones, the normal of planar ones.
+    second_axis : (3,) unit vector across ``axis``: the second axis of universal joints, the x axis of planar ones.
+    pitch : formula of parameters, m/rad: travel of helical joints per angle.
+    orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
+    stiffness, damping : coefficients; effort -stiffness (q - rest) - damping v. On joints of real coordinates only.
+    rotor_inertia : coefficients, added to the joint's diagonal of M.
+    stops, friction : at most one each per coordinate. On joints of real coordinates only.
+    initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
+    initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
+    mimic : what the joint's coordinate follows, None where it is a coordinate of its own.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    position: Vector = ZERO_VECTOR
+    orientation: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    stiffness: Coefficients = ZERO
+    damping: Coefficients = ZERO
+    rest: Coefficients = ZERO
+    rotor_inertia: Coefficients = ZERO
+    initial_position: tuple[float, ...] = ()
+    initial_velocity: tuple[float, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    friction: tuple[Friction, ...] = ()
+    second_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    pitch: Formula = ZERO
+    mimic: Mimic | None = None
+
+    def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
+        """Return coefficients as one formula for each coordinate."""
+        return coefficients if isinstance(coefficients, tuple) else (coefficients,) * SIZES[self.type][1]

@@ -1,0 +1,383 @@
+"""Whether the outermost joints of a tree move any inertia, alone or with the joints that follow them: else M is singular."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.geometry.inertia import NO_INERTIA, Flags, Numbers, singular
+from eomgen.scene.geometry.rotations import Array
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.values import Values
+from eomgen.scene.scene import Body
+from eomgen.text import key_of
+
+Triple = tuple[Numbers, Numbers, Numbers]
+
+#: Keys of the values that decide whether joints move any inertia.
+KEYS = (
+    "bodies.mass", "bodies.center_of_mass", "bodies.inertia", "joints.position", "joints.rotor_inertia", "joints.pitch",
+    "joints.mimic.multiplier",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body of a rigid assembly; its values are known by their places in a list of numbers.
+
+    Attributes
+    ----------
+    start : place of its mass, centre of mass (3) and inertia (6)
+    orientation : (3, 3), its axes in the frame of the assembly's first part
+    carrier : number of the part that a fixed joint fixes it to; None for the first part
+    position : place of that joint's position (3)
+    """
+
+    start: int
+    orientation: Array
+    carrier: int | None = None
+    position: int = 0
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A body in the frame of its assembly: mass, place of its centre, inertia (xx, yy, zz, xy, xz, yz) about it."""
+
+    mass: Numbers
+    center: Triple
+    inertia: Sequence[Numbers]
+
+
+def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
+    """Return the bodies of an assembly; parts come after what carries them."""
+    found: list[Placed] = []
+    origins: list[Triple] = []
+    for part in parts:
+        origin: Triple = (0.0, 0.0, 0.0)
+        if part.carrier is not None:
+            shift = _turned(parts[part.carrier].orientation, numbers[part.position :][:3])
+            origin = _plus(origins[part.carrier], shift)
+        origins.append(origin)
+        mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
+        if part.carrier is not None:
+            center, inertia = _turned(part.orientation, center), _turned_inertia(part.orientation, inertia)
+        found.append(Placed(mass, _plus(origin, center), inertia))
+    return found
+
+
+def _plus(first: Sequence[Numbers], second: Sequence[Numbers]) -> Triple:
+    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
+
+
+def _turned(rotation: Array, vector: Sequence[Numbers]) -> Triple:
+    x, y, z = vector
+    first, second, third = rotation.tolist()
+    return (
+        first[0] * x + first[1] * y + first[2] * z,
+        second[0] * x + second[1] * y + second[2] * z,
+        third[0] * x + third[1] * y + third[2] * z,
+    )
+
+
+def _turned_inertia(rotation: Array, entries: Sequence[Numbers]) -> Sequence[Numbers]:
+    """Return R I R^T."""
+    rows = rotation.tolist()
+    along = [_times(entries, row) for row in rows]
+    return [_dot(rows[i], along[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+
+
+def _times(entries: Sequence[Numbers], vector: Sequence[float]) -> Triple:
+    """Return the product of a symmetric matrix and a vector."""
+    xx, yy, zz, xy, xz, yz = entries
+    x, y, z = vector
+    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+
+
+def _dot(first: Sequence[Numbers], second: Sequence[Numbers]) -> Numbers:
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+def _about(point: Sequence[Numbers], bodies: Sequence[Placed]) -> list[Numbers]:
+    """Return the inertia of bodies about a point (Steiner)."""
+    total: list[Numbers] = [0.0] * 6
+    for body in bodies:
+        x, y, z = (own - other for own, other in zip(body.center, point, strict=True))
+        steiner = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+        total = [whole + own + body.mass * arm for whole, own, arm in zip(total, body.inertia, steiner, strict=True)]
+    return total
+
+
+@dataclass(frozen=True)
+class Movable:
+    """A joint that carries one rigid assembly and no further moving joint has inertia to move.
+
+    Attributes
+    ----------
+    type : of the joint; ``free`` in absolute coordinates
+    axes : (3, 3), axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the third of the
+        frame, in the joint's frame, row by row
+    parts : of the assembly
+    rotors, pitch : places of the numbers of the joint
+    followers : places of the multipliers of joints that follow it: the rule is about the joint alone, while all of them are zero
+    words, hint : what is wrong, with ``{}`` for the cause, and what to try
+    """
+
+    type: str
+    axes: Array
+    parts: tuple[Part, ...]
+    rotors: tuple[int, ...]
+    pitch: int
+    followers: tuple[int, ...]
+    words: str
+    hint: str
+    stage: int = 2
+
+    def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
+        """Return what can make M singular, each with where it is so."""
+        bodies = _placed(self.parts, numbers)
+        rotors = [numbers[place] for place in self.rotors] or [0.0]
+        mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
+        nothing: Flags = np.equal(mass, 0.0)
+        for number in (*(entry for body in bodies for entry in body.inertia), *rotors):
+            nothing = nothing & np.equal(number, 0.0)
+        causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
+        axis, second, third = self.axes.tolist()
+        about_axis = _dot(axis, _times(about_origin, axis)) + rotors[0]
+        none: Flags
+        if self.type in ("revolute", "helical", "cylindrical"):
+            pitch = numbers[self.pitch] if self.type == "helical" else 0.0
+            none = about_axis + mass * pitch * pitch <= NO_INERTIA * (about_origin[0] + about_origin[1] + about_origin[2])
+            causes.append((none, "what it carries has no inertia about its axis"))
+        if self.type in ("prismatic", "cylindrical"):
+            causes.append((mass + rotors[-1] == 0.0, "what it carries has no mass"))
+        if self.type == "universal":
+            about_second = _dot(second, _times(about_origin, second)) + rotors[1]
+            mean, coupling = 0.5 * (about_axis + about_second), _dot(axis, _times(about_origin, second))
+            radius = np.hypot(0.5 * (about_axis - about_second), coupling)
+            none = mean - radius <= NO_INERTIA * (mean + radius)
+            causes.append((none, "what it carries lacks inertia about two axes through its centre"))
+        if self.type == "planar":
+            moment = _first_moment(bodies)
+            couplings = _dot(np.cross(second, axis).tolist(), moment), _dot(np.cross(third, axis).tolist(), moment)
+            scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in (about_axis, mass + rotors[1], mass + rotors[2])]
+            numbers = [  # moments and masses are compared by no unit: each row and column by the root of its diagonal
+                np.greater(x, 0.0) + 0.0 for x in (about_axis, mass + rotors[1], mass + rotors[2])
+            ] + [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=True)]  # fmt: skip
+            none = singular((*numbers, 0.0))
+            causes.append((none, "what it carries lacks inertia about its normal, or mass"))
+        if self.type == "spherical":
+            causes.append((singular(about_origin), "what it carries has no inertia about some axis through its centre"))
+        if self.type == "free":
+            divisor = mass + np.equal(mass, 0.0)
+            center = [part / divisor for part in _first_moment(bodies)]
+            none = np.logical_or(np.equal(mass, 0.0), singular(_about(center, bodies)))
+            causes.append((none, "what it carries lacks mass, or inertia about some axis through its centre of mass"))
+        return causes
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        found: Flags = False
+        for flags, _ in self._causes(numbers):
+            found = found | flags
+        for place in self.followers:
+            found = found & np.equal(numbers[place], 0.0)
+        return found
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        cause = next(words for flags, words in self._causes(numbers) if flags)
+        return self.words.format(cause), self.hint
+
+
+def _first_moment(bodies: Sequence[Placed]) -> Triple:
+    total: Triple = (0.0, 0.0, 0.0)
+    for body in bodies:
+        total = _plus(total, [body.mass * part for part in body.center])
+    return total
+
+
+@dataclass(frozen=True)
+class Led:
+    """A joint that others follow, or one of them, has mass or inertia beyond it.
+
+    Attributes
+    ----------
+    leader : places of masses, inertias and rotor inertias beyond the joint
+    followers : for each joint that follows, the place of its multiplier, and the same places of its own
+    """
+
+    leader: tuple[int, ...]
+    followers: tuple[tuple[int, tuple[int, ...]], ...]
+    words: str
+    hint: str
+    stage: int = 2
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        follows: Flags = np.asarray(False)
+        light = _all_zero(numbers, self.leader)
+        for multiplier, beyond in self.followers:
+            still = np.asarray(np.equal(numbers[multiplier], 0.0))
+            follows = follows | ~still
+            light = light & (still | _all_zero(numbers, beyond))
+        return light & follows
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        return self.words, self.hint
+
+
+def _all_zero(numbers: Sequence[Numbers], places: Sequence[int]) -> Flags:
+    found = np.asarray(True)
+    for place in places:
+        found = found & np.equal(numbers[place], 0.0)
+    return found
+
+
+class _Places:
+    """The formulas that a rule is about, in order."""
+
+    def __init__(self) -> None:
+        self.formulas: list[Formula] = []
+
+    def put(self, *formulas: Formula) -> int:
+        self.formulas += formulas
+        return len(self.formulas) - len(formulas)
+
+    def put_each(self, formulas: Sequence[Formula]) -> tuple[int, ...]:
+        start = self.put(*formulas)
+        return tuple(range(start, start + len(formulas)))
+
+
+def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False) -> None:
+    """Require of a tree that a joint moves, and of its outermost joints that they move inertia.
+
+    In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    """
+    if all(joint.type == "fixed" and bodies[joint.child].beam is None for joint in joints):
+        values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
+    _check_led(joints, bodies, values)
+    followers = _followers(joints)
+    assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.type != "fixed"}
+    host = {child: child for child in assemblies}
+    for joint in joints:
+        if joint.type == "fixed" and joint.parent in host:
+            host[joint.child] = host[joint.parent]
+            assemblies[host[joint.child]].append(joint)
+    carrying = {host[joint.parent] for joint in joints if joint.type != "fixed" and joint.parent in host}
+    for joint in joints:
+        if joint.type == "fixed" or values.report.concerns(key_of("joints", joint.name)):
+            continue
+        if not absolute and (joint.child in carrying or joint.mimic is not None):
+            continue
+        fixed = assemblies[joint.child]
+        if any(_concerned(bodies[name], values) for name in (joint.child, *(item.child for item in fixed))):
+            continue
+        places = _Places()
+        parts = [Part(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
+        numbered = {joint.child: 0}
+        for item in fixed:
+            carrier = numbered[item.parent]
+            numbered[item.child] = len(parts)
+            start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
+            parts.append(Part(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
+        rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
+        if absolute:
+            words = f"in absolute coordinates the body {joint.child} moves on its own, and {{}}"
+            key, kind, hint = key_of("bodies", joint.child), "free", _ABSOLUTE_HINT
+        else:
+            words = f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be singular"
+            key, kind, hint = key_of("joints", joint.name), joint.type, _moving_hint(joint, bodies[joint.child])
+            rotors = places.put_each(joint.each(joint.rotor_inertia))
+            led = places.put_each([item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None])
+        rule = Movable(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
+        values.require(key, rule, places.formulas)
+
+
+_ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"
+
+
+def _moving_hint(joint: Joint, body: Body) -> str:
+    if body.beam is not None:
+        return "polar_inertia for the beam, or another joint"
+    if joint.type == "free":
+        return f"mass and inertia = [xx, yy, zz] for the body {joint.child}, or three prismatic joints for a point mass"
+    if joint.type == "spherical":
+        return f"inertia = [xx, yy, zz] for the body {joint.child}, or two revolute joints for what has no size"
+    return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
+
+
+def _directions(joint: Joint) -> Array:
+    """Return the axes of a joint in its own frame: axis, the direction across it, and the third of the frame."""
+    axis, second = np.array(joint.axis), np.array(joint.second_axis)
+    return np.array([axis, second, np.cross(axis, second)])
+
+
+def _values_of(body: Body) -> tuple[Formula, ...]:
+    return (body.mass, *body.center_of_mass, *body.inertia)
+
+
+def _concerned(body: Body, values: Values) -> bool:
+    return values.report.concerns(key_of("bodies" if body.beam is None else "beams", body.name))
+
+
+def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
+    """Return the joints that follow each joint that leads and follows none, directly or by one another."""
+    named = {joint.name: joint for joint in joints}
+    found: dict[str, list[Joint]] = {}
+    for joint in joints:
+        first = joint
+        for _ in joints:  # no way to the first is longer, circles are reported elsewhere
+            if first.mimic is None or first.mimic.joint not in named:
+                break
+            first = named[first.mimic.joint]
+        if joint.mimic is not None and first is not joint:
+            found.setdefault(first.name, []).append(joint)
+    return found
+
+
+def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
+    """Return the joints whose inertia is that of others too: those that follow, and those that a moving one follows."""
+    leaders = {
+        first
+        for first, following in _followers(joints).items()
+        if any(joint.mimic is not None and values.value(joint.mimic.multiplier) != 0.0 for joint in following)
+    }
+    return {*leaders, *(joint.name for joint in joints if joint.mimic is not None)}
+
+
+def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
+    """Require of joints that lead others that something which they move, by themselves or by others, has mass or inertia."""
+    named = {joint.name: joint for joint in joints}
+    for first, following in _followers(joints).items():
+        places = _Places()
+        beyond = [_beyond(named[first], joints, bodies, values, places)]
+        beyond += [_beyond(joint, joints, bodies, values, places) for joint in following]
+        if None in beyond:
+            continue
+        leader, *rest = (item for item in beyond if item is not None)
+        multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
+        words = f"the joint {first} cannot be moved by a force: neither it nor what follows it carries mass or inertia"
+        hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (URDF: lock {first})"
+        rule = Led(leader, tuple(zip(multipliers, rest, strict=True)), f"{words}, so the inertia matrix would be singular", hint)
+        values.require(key_of("joints", first), rule, places.formulas)
+
+
+def _beyond(
+    joint: Joint, joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, places: _Places
+) -> tuple[int, ...] | None:
+    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None where some are not known."""
+    reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
+    for other in joints:
+        if other.parent in reached:
+            reached[other.child] = other
+            formulas += other.each(other.rotor_inertia)
+    for name in reached:
+        formulas += [bodies[name].mass, *bodies[name].inertia]
+    if any(_concerned(bodies[name], values) for name in reached):
+        return None
+    return places.put_each(formulas)

@@ -1,0 +1,186 @@
+"""Joints from the written form: what each type may carry, its constant placement and its initial state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.scene.formula.nodes import Number
+from eomgen.scene.formula.scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
+from eomgen.scene.geometry.rotations import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
+from eomgen.scene.joints import schema as written
+from eomgen.scene.joints.limits import COORDINATES, read_friction, read_stops
+from eomgen.scene.joints.model import Coefficients, Joint, Mimic
+from eomgen.scene.reading.values import Values
+from eomgen.text import key_of, shown
+
+Direction = tuple[float, float, float]
+_NEUTRAL = (1.0, 0.0, 0.0, 0.0)
+_QUATERNION_TOLERANCE = 1e-6
+_VELOCITY_MEANING = {
+    "spherical": " (angular velocity, body axes)", "free": " (angular, then linear velocity, body axes)",
+}  # fmt: skip
+#: Joints whose coordinates are plain numbers, with the meaning of each.
+_MEANING = {kind: tuple(coordinates) for kind, coordinates in COORDINATES.items()}
+#: The joints that each further key belongs to; planar joints may have an x_axis, the others need what is theirs.
+_KEYS = {"second_axis": ("universal",), "x_axis": ("planar",), "pitch": ("helical",)}
+_COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
+_PERPENDICULAR = 1e-6
+
+
+def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
+    """Return a checked joint; what is wrong with it goes to the report of ``values``."""
+    key = key_of("joints", name)
+    axis, second = _axes(key, joint, values)
+    coefficients = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
+    return Joint(
+        name=name,
+        type=joint.type,
+        parent=joint.parent,
+        child=joint.child,
+        axis=axis,
+        second_axis=second,
+        pitch=Number(0.0) if joint.pitch is None else values.formula(f"{key}.pitch", joint.pitch, PARAMETERS),
+        position=values.vector(f"{key}.position", joint.position, PARAMETERS),
+        orientation=_orientation(key, joint, values),
+        initial_position=_initial_position(key, joint, values),
+        initial_velocity=_initial_velocity(key, joint, values),
+        stops=read_stops(key, joint, values),
+        friction=read_friction(key, joint, values),
+        mimic=_mimic(key, joint, values),
+        stiffness=coefficients["stiffness"],
+        damping=coefficients["damping"],
+        rest=coefficients["rest"],
+        rotor_inertia=coefficients["rotor_inertia"],
+    )
+
+
+def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
+    """Return the axis and the direction across it, the joint's own or those of its type that need not be written."""
+    report = values.report
+    if joint.type in _MEANING and joint.axis is None:
+        report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
+    elif joint.type not in _MEANING and joint.axis is not None:
+        report.add(f"{key}.axis", f"a {joint.type} joint has no axis", "rotation, for its placement")
+    for field, types in _KEYS.items():
+        given = getattr(joint, field) is not None
+        if given and joint.type not in types:
+            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field}", f"type = {types[0]}")
+        elif not given and joint.type in types and field != "x_axis":
+            example = "0.01, in m/rad" if field == "pitch" else "[0, 1, 0]"
+            report.add(key, f"a {joint.type} joint needs a {field}", f"{field} = {example}")
+    neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    axis = None if joint.axis is None or joint.type not in _MEANING else values.axis(f"{key}.axis", joint.axis)
+    if axis is None:
+        return neutral
+    field, written_second = ("second_axis", joint.second_axis) if joint.type == "universal" else ("x_axis", joint.x_axis)
+    second = None if written_second is None else values.axis(f"{key}.{field}", written_second)
+    if second is not None and joint.type == "universal" and abs(float(axis @ second)) > _PERPENDICULAR:
+        included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
+        what = f"the axes of a universal joint are perpendicular, and these include {included:.6g} degrees"
+        report.add(f"{key}.second_axis", what, "second_axis across axis, or two revolute joints with a body in between")
+        return neutral
+    if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
+        report.add(f"{key}.{field}", f"{field} is parallel to axis", "a direction across it")
+        return neutral
+    (x, _, z) = rows(frame_about(axis, second).T)
+    return z, x
+
+
+def _coefficients(key: str, field: str, joint: written.Joint, values: Values) -> Coefficients:
+    """Return what a joint has in each coordinate; one formula where there is one coordinate."""
+    given: tuple[float | str, ...] | None = getattr(joint, field)
+    place, meaning = f"{key}.{field}", _MEANING.get(joint.type, ())
+    if given is None:
+        return Number(0.0)
+    if not meaning:
+        values.report.add(place, f"a {joint.type} joint has no {field}", "an effort or a force")
+        return Number(0.0)
+    if len(given) != len(meaning):
+        count = f"{len(meaning)} values ({', '.join(meaning)})" if len(meaning) > 1 else "one value"
+        values.report.add(place, f"the {field} of a {joint.type} joint needs {count}, not {len(given)}", "")
+        return Number(0.0)
+    keys = [place] if len(given) == 1 else [f"{place}[{number}]" for number in range(len(given))]
+    formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, given, strict=True))
+    return formulas[0] if len(formulas) == 1 else formulas
+
+
+def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
+    if joint.mimic is None:
+        return None
+    if VELOCITY_SIZE[joint.type] != 1:
+        what = f"a {joint.type} joint cannot follow another: it has {VELOCITY_SIZE[joint.type] or 'no'} coordinates"
+        values.report.add(f"{key}.mimic", what, "a joint with one coordinate")
+    for field in ("position", "orientation", "rotation", "velocity"):
+        if getattr(joint.initial, field) is not None:
+            what = "a joint that follows another has no initial state of its own"
+            values.report.add(f"{key}.initial.{field}", what, f"the initial state of {shown(joint.mimic.joint)}")
+    multiplier = values.formula(f"{key}.mimic.multiplier", joint.mimic.multiplier, PARAMETERS)
+    return Mimic(joint.mimic.joint, multiplier, values.formula(f"{key}.mimic.offset", joint.mimic.offset, PARAMETERS))
+
+
+def _orientation(key: str, joint: written.Joint, values: Values) -> tuple[tuple[float, float, float], ...]:
+    if joint.orientation is not None and joint.rotation is not None:
+        values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
+    if joint.orientation is not None:
+        matrix = np.array(joint.orientation)
+        if is_rotation(matrix):
+            return rows(snapped_rotation(matrix))
+        what = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
+        values.report.add(f"{key}.orientation", what, "rotation")
+        return rows(np.eye(3))
+    return rows(sequence(values.constant_rotations(f"{key}.rotation", joint.rotation or ()) or []))
+
+
+def _known(key: str, given: Sequence[float | str] | None, count: int, what: str, values: Values) -> list[float] | None:
+    """Return ``count`` constants; None where they are not given or not known."""
+    if given is None:
+        return None
+    if len(given) != count:
+        values.report.add(key, f"{what} needs {count} number{'s' * (count != 1)}, not {len(given)}", "")
+        return None
+    numbers = values.constants(key, given)
+    return None if any(math.isnan(number) for number in numbers) else numbers
+
+
+def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
+    initial, place, size = joint.initial, f"{key}.initial", CONFIGURATION_SIZE[joint.type]
+    for field, types in (("orientation", ("free",)), ("rotation", ("spherical", "free"))):
+        if getattr(initial, field) is not None and joint.type not in types:
+            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field}", "position")
+    if joint.type == "fixed" or joint.type in _MEANING:
+        if joint.type == "fixed" and initial.position is not None:
+            values.report.add(f"{place}.position", "a fixed joint has no initial position", "")
+            return ()
+        return tuple(_known(f"{place}.position", initial.position, size, f"a {joint.type} joint", values) or [0.0] * size)
+    if joint.type == "spherical":
+        return _quaternion(place, "position", initial.position, initial, values)
+    position = _known(f"{place}.position", initial.position, 3, "the position of a free joint", values) or [0.0] * 3
+    return (*_quaternion(place, "orientation", initial.orientation, initial, values), *position)
+
+
+def _quaternion(
+    place: str, field: str, given: Sequence[float | str] | None, initial: written.Initial, values: Values
+) -> tuple[float, ...]:
+    """Return the initial orientation, from a quaternion under ``field`` or from rotations."""
+    if initial.rotation is not None:
+        if given is not None:
+            values.report.add(f"{place}.rotation", f"{field} and rotation both give the orientation", "one of them")
+        return quaternion_of(values.constant_rotations(f"{place}.rotation", initial.rotation) or [])
+    numbers = _known(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
+    if numbers is None:
+        return _NEUTRAL
+    norm = math.sqrt(sum(number * number for number in numbers))
+    if abs(norm - 1.0) > _QUATERNION_TOLERANCE:
+        unit = ", ".join(f"{number / norm:.9g}" for number in numbers) if 0.0 < norm < math.inf else "1, 0, 0, 0"
+        values.report.add(f"{place}.{field}", f"the quaternion has norm {norm:.6g}, not 1", f"[{unit}]")
+        return _NEUTRAL
+    return tuple(number / norm for number in numbers)
+
+
+def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
+    size = VELOCITY_SIZE[joint.type]
+    what = f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(joint.type, '')}"
+    return tuple(_known(f"{key}.initial.velocity", joint.initial.velocity, size, what, values) or [0.0] * size)

@@ -1,0 +1,145 @@
+"""The shape of what binds bodies: joints with their initial state, and constraints that close loops."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from eomgen.scene.forces.schema import Friction, Limits
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
+from eomgen.scene.joints.constraint_model import ConstraintType
+from eomgen.scene.joints.frame_schema import Frame, Rotations, by_coordinate
+from eomgen.scene.joints.model import JointType
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Matrix, Triple, Value, Values
+
+_ORIGIN = (0.0, 0.0, 0.0)
+_COORDINATE = {**by_coordinate("rad", "m"), "free": "m"}
+
+
+class Initial(Table):
+    """The state of a joint at the start."""
+
+    position: Values | None = key(
+        "the coordinates, angles first; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
+        None,
+        unit=_COORDINATE,
+        names=FIXED_PARAMETERS,
+        shown_default="zeros",
+    )
+    orientation: Values | None = key(
+        "free: quaternion, 4 values",
+        None,
+        names=FIXED_PARAMETERS,
+        kind="4 values of fixed parameters",
+        shown_default="not turned",
+    )
+    rotation: Rotations | None = key("spherical, free: in place of a quaternion", None)
+    velocity: Values | None = key(
+        "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
+        None,
+        unit={
+            **by_coordinate("rad/s", "m/s"),
+            "spherical": "rad/s",
+            "free": ("rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"),
+        },
+        names=FIXED_PARAMETERS,
+        shown_default="zeros",
+    )
+
+
+class Mimic(Table):
+    """A coordinate that follows another: multiplier q_leader + offset."""
+
+    joint: str = key("the leader, with one coordinate; it may follow another in its turn", refers="joints")
+    multiplier: Value = key("coordinate per coordinate of the leader", 1.0, names=PARAMETERS)
+    offset: Value = key("coordinate where the leader's is zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
+
+
+class Joint(Table):
+    """What carries a body, and lets it move against its parent."""
+
+    type: JointType = key("how the child moves against the parent")
+    parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
+    child: str = key("the body that this joint carries", refers="bodies")
+    position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    rotation: Rotations | None = key("axes of the child in the parent, angles of fixed parameters", None, shown_default="`[]`")
+    orientation: Matrix | None = key("the same as a matrix, child axes to parent axes; either this or `rotation`", None)
+    axis: Triple | None = key(
+        "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="required, but for fixed, spherical and free",
+    )
+    second_axis: Triple | None = key(
+        "of a universal joint: the second axis, across the first, in the child's axes",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="required for universal",
+    )
+    x_axis: Triple | None = key(
+        "of a planar joint: x is along the part of it in the plane, y to the left of x",
+        None,
+        names=FIXED_PARAMETERS,
+        shown_default="coordinate axis farthest from `axis`",
+    )
+    pitch: Value | None = key(
+        "of a helical joint: travel per radian; negative is left-handed",
+        None,
+        unit="m/rad",
+        names=PARAMETERS,
+        shown_default="required for helical",
+    )
+    stiffness: Values | None = key(
+        "of a spring in the joint",
+        None,
+        unit=by_coordinate("N m/rad", "N/m"),
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    damping: Values | None = key(
+        "of a damper in the joint",
+        None,
+        unit=by_coordinate("N m s/rad", "N s/m"),
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    rest: Values | None = key(
+        "coordinate at which the spring is slack",
+        None,
+        unit=by_coordinate("rad", "m"),
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    rotor_inertia: Values | None = key(
+        "added to this joint's diagonal of M (a motor behind a gear)",
+        None,
+        unit=by_coordinate("kg m^2", "kg"),
+        names=PARAMETERS,
+        shown_default="`0`",
+    )
+    limits: Limits | None = key("compliant stops", None, kind="table, below")
+    friction: Friction | None = key("dry friction", None, kind="table, below")
+    mimic: Mimic | None = key("what the coordinate follows, in place of being free", None, kind="table, below")
+    initial: Initial = key("state at the start", Initial(), shown_default="zeros")
+
+
+class Constraint(Table):
+    """What closes a loop between two frames."""
+
+    type: ConstraintType = key("what it holds", kind="see below")
+    first: Frame = key("a frame in one body", kind="frame, below")
+    second: Frame = key("a frame in another, that can move against the first", kind="frame, below")
+    drive: Value | None = key(
+        "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
+        None,
+        unit={"revolute": "rad", "prismatic": "m", "cylindrical": "m"},
+        names=TIME,
+    )
+    length: Value | None = key("between the origins", None, unit="m", names=PARAMETERS, shown_default="required for `distance`")
+    radius: Value | None = key(
+        "of the disc or sphere", None, unit="m", names=PARAMETERS, shown_default="required for `rolling`"
+    )
+    shape: Literal["disc", "sphere"] | None = key("for `rolling`", None, shown_default="`disc`")
+    pitch: Value | None = key(
+        "travel per radian", None, unit="m/rad", names=PARAMETERS, shown_default="required for `helical`"
+    )

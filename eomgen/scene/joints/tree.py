@@ -1,0 +1,101 @@
+"""The tree of joints: every body carried once, all of it hanging from the base, and an order with parents first."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+from eomgen.scene.reading.report import Report
+from eomgen.scene.scene import BASE, WORLD
+from eomgen.text import key_of, listed, nearest, shown
+
+
+class Link(NamedTuple):
+    """A joint as the tree sees it."""
+
+    name: str
+    parent: str
+    child: str
+
+
+def ordered(
+    links: Sequence[Link], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
+) -> list[Link]:
+    """Return the joints with parents before children, in the user's order otherwise; report what breaks the tree.
+
+    Parameters
+    ----------
+    links : sequence of Link
+        In the user's order.
+    bodies : mapping
+        The section in which each body is declared, by its name.
+    refused : collection of str
+        Bodies whose declarations are broken: they exist, but nothing is known of them.
+    complete : bool
+        Whether every joint and body could be read; where not, missing joints are not reported.
+    """
+    known = [*bodies, *refused]
+    carrier: dict[str, Link] = {}
+    for link in links:
+        key = key_of("joints", link.name)
+        if link.parent != BASE and link.parent not in known:
+            hint = BASE if link.parent == WORLD else nearest(link.parent, [BASE, *known])
+            report.add(f"{key}.parent", f"there is no body {shown(link.parent)}", hint)
+        if link.child == BASE:
+            hint = "the base as parent, or a free joint for a floating body"
+            report.add(f"{key}.child", "the base cannot be a child: it carries the tree", hint)
+        elif link.child not in known:
+            report.add(f"{key}.child", f"there is no body {shown(link.child)}", nearest(link.child, known))
+        elif link.child in carrier:
+            what = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
+            report.add(f"{key}.child", what, "one joint for each body, and [constraints] for what closes a loop")
+        elif link.parent == link.child:
+            report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself", "another parent")
+        carrier.setdefault(link.child, link)
+    order = _parents_first(links, carrier, known)
+    if complete:
+        _report_lost(order, carrier, bodies, report)
+    return order
+
+
+def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Collection[str]) -> list[Link]:
+    children: dict[str, list[int]] = {}
+    for number, link in enumerate(links):
+        if carrier.get(link.child) is link and link.child in known and link.child not in (BASE, link.parent):
+            children.setdefault(link.parent, []).append(number)
+    ready = list(children.get(BASE, []))
+    heapq.heapify(ready)
+    order: list[Link] = []
+    while ready:
+        link = links[heapq.heappop(ready)]
+        order.append(link)
+        for number in children.get(link.child, []):
+            heapq.heappush(ready, number)
+    return order
+
+
+def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Mapping[str, str], report: Report) -> None:
+    """Report bodies without a joint, cycles, and what hangs from either."""
+    reached = {link.child for link in order}
+    end_of: dict[str, str] = {}
+    hanging: dict[str, list[str]] = {}
+    for body in bodies:
+        path: dict[str, None] = {}
+        while body in carrier and body not in end_of and body not in path and body not in reached:
+            path[body] = None
+            body = carrier[body].parent  # noqa: PLW2901 - follows the joints towards the base
+        if body in path:
+            cycle = list(path)[list(path).index(body) :][::-1]
+            if len(cycle) > 1:
+                what = f"the joints carry the bodies {listed(cycle)} in a circle"
+                report.add(key_of("joints", carrier[body].name), what, f"{BASE} as the parent of one of them")
+        end = end_of.get(body, body)
+        end_of.update(dict.fromkeys([*path, body], end))
+        if end not in carrier and path:
+            hanging.setdefault(end, []).extend(path)
+    for body, section in bodies.items():
+        if body not in carrier:
+            others = hanging.get(body, [])
+            rest = f", nor what hangs from it: {listed(others)}" if others else ""
+            report.add(key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"')

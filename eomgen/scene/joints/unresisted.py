@@ -1,0 +1,148 @@
+"""Joints whose motion no inertia resists because of what lies beyond them, as of a free root link without mass.
+
+A joint that carries nothing is refused where it stands (``motion.check_motion``). Here it carries something, but joints beyond it
+can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position. Elimination by
+articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from eomgen.scene.geometry.inertia import Inertia
+from eomgen.scene.geometry.rotations import Array, about_axis, of_quaternion
+from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.joints.moved_inertia import led_or_following
+from eomgen.scene.reading.values import Values
+from eomgen.text import listed
+
+#: How the notes begin, by which a build knows them.
+UNRESISTED = "no inertia resists "
+#: An inertia below this part of that with the joints beyond held is zero.
+_NOTHING = 1e-11
+#: A joint takes part in a motion if its share of it is larger.
+_SHARE = 1e-6
+
+
+def unresisted_motions(
+    joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values
+) -> list[str]:
+    """Return a note on each joint that can move without moving any mass, together with joints beyond it.
+
+    Joints that follow others, and those that lead, are taken as held: what is found without their motion is there with it.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    inertias : mapping
+        Of each body, in its own frame; a body missing here, and any of ``beams``, counts as one that resists everything.
+    sections : mapping
+        The section of each body.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # masses at the end of what doubles hold are refused elsewhere
+        return _motions(joints, inertias, sections, values)
+
+
+def _motions(joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values) -> list[str]:
+    rng = np.random.default_rng(0)
+    held = led_or_following(joints, values)
+    own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
+    articulated = {body: inertia.copy() for body, inertia in own.items()}
+    together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
+    passed: dict[str, list[tuple[Joint, Array]]] = {}  # by body: how joints beyond answer a twist of the body
+    notes = []
+    for joint in reversed(joints):
+        rotation, shift, S = _moved(joint, values, rng)
+        position = np.array([values.value(entry) for entry in joint.position]) + np.array(joint.orientation) @ shift
+        inertia, body = articulated[joint.child], joint.child
+        X = _twist_transform(np.array(joint.orientation) @ rotation, position)
+        if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
+            return []  # said elsewhere
+        answer = np.zeros((S.shape[1], 6))
+        if S.shape[1] and joint.name not in held:
+            rotors = np.diag([values.value(formula) for formula in joint.each(joint.rotor_inertia)])
+            whole = np.diag(S.T @ together[body] @ S + rotors)
+            scale = np.sqrt(np.where(whole > 0.0, whole, 1.0))
+            size, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
+            for motion in (directions[:, size <= _NOTHING] / scale[:, np.newaxis]).T:
+                moved = S @ motion
+                if moved @ own[body] @ moved <= _NOTHING * np.linalg.norm(own[body]) * (moved @ moved):
+                    notes.append(_note(joint, moved, passed.get(body, []), inertias))
+                    break
+            kept = directions[:, size > _NOTHING] / scale[:, np.newaxis]
+            answer = -(kept / size[size > _NOTHING]) @ kept.T @ S.T @ inertia
+            inertia = inertia + inertia @ S @ answer
+        if joint.parent in articulated:
+            articulated[joint.parent] += X.T @ inertia @ X
+            together[joint.parent] += X.T @ together[body] @ X
+            follow = (np.eye(6) + S @ answer) @ X
+            passed.setdefault(joint.parent, []).append((joint, answer @ X))
+            passed[joint.parent] += [(beyond, rate @ follow) for beyond, rate in passed.get(body, [])]
+    return notes[::-1]
+
+
+def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:
+    """Say which joints move together without moving mass, and which body would stop that."""
+    rates = {other.name: float(np.linalg.norm(rate @ moved)) for other, rate in beyond}
+    with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
+    what = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (f" together with {listed(with_it[::-1])}" if with_it else "")
+    what += ": they can move without moving any mass, so the inertia matrix is singular and forward dynamics has no answer"
+    light = inertias.get(joint.child)
+    missing = "mass and inertia" if light is None or not light.mass else "inertia"
+    return f"{what}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or lock)"
+
+
+def _spatial(inertia: Inertia | None, section: str) -> Array:
+    """Return a (6, 6) inertia about the frame's origin, angular part first; of what is not known one that resists everything."""
+    if inertia is None or section == "beams":
+        return np.eye(6)
+    arm = _cross(inertia.mass * inertia.center)
+    return np.block([[inertia.about_origin(), arm], [arm.T, inertia.mass * np.eye(3)]])
+
+
+def _cross(vector: Array) -> Array:
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _twist_transform(rotation: Array, position: Array) -> Array:
+    """Return what makes of a body's twist that of a frame placed on it, each in its own axes."""
+    R = rotation.T
+    return np.block([[R, np.zeros((3, 3))], [-R @ _cross(position), R]])
+
+
+def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Return rotation and shift of a joint at an arbitrary position, and its motion subspace (6, n) in the child's axes."""
+    axis, second = np.array(joint.axis), np.array(joint.second_axis)
+    third, none = np.cross(axis, second), np.zeros(3)
+    first_angle, second_angle, *travels = rng.uniform(0.3, 1.2, 5)
+    first, other = about_axis(axis, first_angle), about_axis(second, second_angle)
+    match joint.type:
+        case "fixed":
+            return np.eye(3), none, np.zeros((6, 0))
+        case "prismatic":
+            return np.eye(3), travels[0] * axis, _columns((none, axis))
+        case "revolute":
+            return first, none, _columns((axis, none))
+        case "helical":
+            pitch = values.value(joint.pitch)
+            return first, first_angle * pitch * axis, _columns((axis, pitch * axis))
+        case "cylindrical":
+            return first, travels[0] * axis, _columns((axis, none), (none, axis))
+        case "universal":
+            return first @ other, none, _columns((other.T @ axis, none), (second, none))
+        case "planar":
+            across = (none, first.T @ second), (none, first.T @ third)
+            return first, travels[0] * second + travels[1] * third, _columns((axis, none), *across)
+        case _:
+            quaternion = rng.normal(size=4)
+            turned = of_quaternion(*(quaternion / np.linalg.norm(quaternion)).tolist())
+            shift = np.array(travels) if joint.type == "free" else none
+            return turned, shift, np.eye(6)[:, : SIZES[joint.type][1]]
+
+
+def _columns(*twists: tuple[Array, Array]) -> Array:
+    return np.column_stack([np.concatenate(twist) for twist in twists])

@@ -1,0 +1,127 @@
+"""What a key of a scene file means, said once: its unit, the names its formulas may use, what it refers to, and in words.
+
+The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene.md`` all read this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
+
+from eomgen.scene.formula.scope import Scope
+
+#: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
+Units = str | tuple[str, ...]
+#: For what carries its unit with it, as parameters do.
+ANY_UNIT = "any unit"
+
+
+class Table(BaseModel):
+    """A table with known keys only."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What is known of a key.
+
+    Attributes
+    ----------
+    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of what is around it, or of its ``joint``.
+    names : which names its formulas may use; None where it takes no formulas.
+    refers : the section whose entries it names.
+    path : whether it is the path of a file, from the folder of the file that it is written in.
+    kind : words for the type of value, in place of what follows from the annotation.
+    shown_default : words for the default, in place of its value.
+    """
+
+    unit: Units | Mapping[str, Units] = ""
+    names: Scope | None = None
+    refers: str = ""
+    path: bool = False
+    kind: str = ""
+    shown_default: str = ""
+
+
+def key(
+    description: str,
+    default: Any = ...,
+    *,
+    unit: Units | Mapping[str, Units] = "",
+    names: Scope | None = None,
+    refers: str = "",
+    path: bool = False,
+    kind: str = "",
+    shown_default: str = "",
+    **constraints: Any,
+) -> Any:
+    """Return a field of a table with its meaning; ``constraints`` (``alias``, ``ge``, ``le``, ...) are those of pydantic.
+
+    Parameters
+    ----------
+    description : str
+        For the reference page and for editors: one line of Markdown, no full stop.
+    default : object
+        The value where the key is absent; required by default.
+    """
+    meaning = Meaning(unit, names, refers, path, kind, shown_default)
+    field = Field(default, description=description, **constraints)
+    field.metadata.append(meaning)
+    return field
+
+
+def meaning_of(field: FieldInfo) -> Meaning:
+    """Return what is known of a field of a table."""
+    return next((entry for entry in field.metadata if isinstance(entry, Meaning)), Meaning())
+
+
+def every_unit(meaning: Meaning) -> tuple[str, ...]:
+    """Return each unit that a key can have, once, in order."""
+    by_type = meaning.unit.values() if isinstance(meaning.unit, Mapping) else (meaning.unit,)
+    flat = [unit for units in by_type for unit in ((units,) if isinstance(units, str) else units)]
+    return tuple(dict.fromkeys(unit for unit in flat if unit))
+
+
+class Inner(NamedTuple):
+    """The tables that a key holds: one, entries by name, or a list of them."""
+
+    shape: Literal["table", "entries", "list"]
+    model: type[Table]
+
+
+def inner_table(annotation: Any) -> Inner | None:
+    """Return what tables a key of an annotation holds; None where it holds none."""
+    origin = get_origin(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return Inner("table", annotation)
+    if origin is Annotated:
+        return inner_table(get_args(annotation)[0])
+    if origin in (Union, UnionType):
+        return next((found for part in get_args(annotation) if (found := inner_table(part)) is not None), None)
+    if origin in (dict, tuple):
+        found = inner_table(get_args(annotation)[1 if origin is dict else 0])
+        return None if found is None else Inner("entries" if origin is dict else "list", found.model)
+    return None
+
+
+@cache
+def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
+    """Return the meaning of each key of a table, as it is written, and what tables it holds."""
+    fields = model.model_fields.items()
+    return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
+
+
+def tables_of(model: type[Table]) -> dict[str, type[Table]]:
+    """Return a class of tables and all that it holds, by name."""
+    found = {model.__name__: model}
+    for _, inner in fields_of(model).values():
+        if inner is not None and inner.model.__name__ not in found:
+            found |= tables_of(inner.model)
+    return found

@@ -1,0 +1,160 @@
+"""Kinds of values in a scene file: numbers, formulas, lists of them, inertias; each refuses the rest in plain words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from eomgen.text import shown
+
+NUMBER_SCHEMA = {"type": "number"}
+VALUE_SCHEMA: dict[str, Any] = {
+    "anyOf": [NUMBER_SCHEMA, {"type": "string", "description": "a formula, or a number with a unit"}]
+}
+QUANTITY_SCHEMA: dict[str, Any] = {
+    "type": "string",
+    "pattern": r"^[ \t]*[+-]?[ \t]*([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?[ \t]*[A-Za-z1]",
+    "description": "a number with a unit",
+}
+_INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+class Refused(str):
+    """A text whose fault is reported already."""
+
+    __slots__ = ()
+
+
+def described(value: object) -> str:
+    kinds: tuple[tuple[type, str], ...] = ((bool, "a boolean"), (dict, "a table"), (list, "a list"), (tuple, "a list"))
+    for kind, title in kinds:
+        if isinstance(value, kind):
+            return f"{title} ({str(value).lower()})" if kind is bool else title
+    return shown(value)
+
+
+def _number(value: object, wanted: str = "a number") -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticCustomError("number", "{text}", {"text": f"{wanted} is needed here, not {described(value)}"})
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise PydanticCustomError("number", "{text}", {"text": f"a finite number is needed here, not {shown(value)}"})
+    return number
+
+
+def _value(value: object) -> float | str:
+    return value if isinstance(value, str) else _number(value, "a number or a formula")
+
+
+def _bound(value: object) -> float | str | None:
+    """Return an end of a range, None where it is infinite."""
+    return None if isinstance(value, float) and math.isinf(value) else _value(value)
+
+
+def _list_of(*lengths: int) -> Callable[[object], object]:
+    """Return a validator that takes lists of one of the given lengths."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, list | tuple) or len(value) not in lengths:
+            got = f"{len(value)}" if isinstance(value, list | tuple) else described(value)
+            needed = " or ".join(str(length) for length in lengths)
+            raise PydanticCustomError("list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got}"})
+        return tuple(value)
+
+    return check
+
+
+def _as_list(value: object) -> object:
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+Description = Annotated[str, Field(max_length=10_000)]
+Unit = Annotated[str, Field(max_length=64)]
+Finite = Annotated[float, PlainValidator(_number), WithJsonSchema(NUMBER_SCHEMA)]
+Value = Annotated[float | str, PlainValidator(_value), WithJsonSchema(VALUE_SCHEMA)]
+Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3))]
+Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2))]
+Values = Annotated[
+    tuple[Value, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
+]
+Numbers = Annotated[
+    tuple[Finite, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
+]
+NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(_list_of(2))]
+Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VALUE_SCHEMA)]
+Bounds = Annotated[
+    tuple[Bound, ...],
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
+]
+Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
+Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3))]
+LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
+SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
+
+
+def _inertia(value: object) -> object:
+    """Bring the four ways to write an inertia to (xx, yy, zz, xy, xz, yz)."""
+    if isinstance(value, Mapping):
+        unknown = [str(key) for key in value if key not in _INERTIA_KEYS]
+        missing = [key for key in _INERTIA_KEYS[:3] if key not in value]
+        if unknown or missing:
+            fault = f"{shown(unknown[0])} is unknown" if unknown else f"{missing[0]} is missing"
+            text = f"an inertia table has the keys xx yy zz, and xy xz yz where needed: {fault}"
+            raise PydanticCustomError("inertia", "{text}", {"text": text})
+        return tuple(value.get(key, 0.0) for key in _INERTIA_KEYS)
+    if isinstance(value, list | tuple):
+        if len(value) == 3 and all(isinstance(row, list | tuple) and len(row) == 3 for row in value):
+            for row, column in ((0, 1), (0, 2), (1, 2)):
+                if not _same(value[row][column], value[column][row]):
+                    text = f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
+                    raise PydanticCustomError("inertia", "{text}", {"text": text})
+            return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
+        if len(value) == 3:
+            return (*value, 0.0, 0.0, 0.0)
+        if len(value) == 6:
+            return tuple(value)
+    text = "an inertia is needed here: [xx, yy, zz], [xx, yy, zz, xy, xz, yz], a table or a 3x3 matrix"
+    raise PydanticCustomError("inertia", "{text}", {"text": text})
+
+
+def _same(first: object, second: object) -> bool:
+    if isinstance(first, int | float) and isinstance(second, int | float):
+        return math.isclose(first, second, rel_tol=1e-9, abs_tol=1e-12)
+    return first == second
+
+
+def _array_schema(length: int, items: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": length, "maxItems": length}
+
+
+Inertia = Annotated[
+    tuple[Value, Value, Value, Value, Value, Value],
+    BeforeValidator(_inertia),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                _array_schema(3, VALUE_SCHEMA),
+                _array_schema(6, VALUE_SCHEMA),
+                {
+                    "type": "object",
+                    "properties": dict.fromkeys(_INERTIA_KEYS, VALUE_SCHEMA),
+                    "required": ["xx", "yy", "zz"],
+                    "additionalProperties": False,
+                },
+                _array_schema(3, _array_schema(3, VALUE_SCHEMA)),
+            ]
+        }
+    ),
+]

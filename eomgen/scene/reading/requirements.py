@@ -1,0 +1,264 @@
+"""What the values of a scene must be: one table, which a scene is checked by when it is read, and parameters at every call.
+
+A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to formulas: at
+the default parameters at once, and, where tunable parameters decide, by a ``Requirement`` that the scene keeps.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.geometry.inertia import Flags, Numbers, impossible, not_physical, tensor
+
+
+class Rule(Protocol):
+    """What one value, or several together, must be.
+
+    Attributes
+    ----------
+    stage : rules of a later stage are judged only where those of the earlier ones are met
+    """
+
+    @property
+    def stage(self) -> int: ...
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        """Tell whether values break the rule: numbers, or arrays that broadcast. None of them is NaN."""
+        ...
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        """Return what is wrong with values that break the rule, and what to try."""
+        ...
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table.
+
+    Attributes
+    ----------
+    keys : of the values: without names of entries and places in lists, ``joints.limits.lower``
+    breaks : tells whether values, numbers or arrays, break the rule
+    words : what is wrong, with ``{0}``, ``{1}`` ... for the values, or a function of them
+    hint : what to try
+    stage : 0 for a value by itself, 1 for a relation
+    """
+
+    keys: tuple[str, ...]
+    breaks: Callable[..., Flags]
+    words: str | Callable[..., str]
+    hint: str
+    stage: int = 1
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        return self.breaks(*numbers)
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        if not isinstance(self.words, str):
+            return self.words(*numbers), self.hint
+        return self.words.format(*(f"{number:.6g}" for number in numbers)), self.hint
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A rule for values of a scene that tunable parameters decide.
+
+    Attributes
+    ----------
+    where : file, line and key, for messages
+    formulas : the values, formulas of parameters
+    rule : None where a finite value is all that is asked for
+    """
+
+    where: str
+    formulas: tuple[Formula, ...]
+    rule: Rule | None = None
+
+
+def _not_positive(number: Numbers) -> Flags:
+    return number <= 0.0
+
+
+def _negative(number: Numbers) -> Flags:
+    return number < 0.0
+
+
+def _zero(number: Numbers) -> Flags:
+    return number == 0.0
+
+
+def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
+    return np.logical_or(np.less_equal(first, 0.0), np.less_equal(second, 0.0))
+
+
+#: What a value must be by itself: how a value breaks it, what is wrong with it, and what to try.
+Bound = tuple[Callable[[Numbers], Flags], str, str]
+
+
+def _above_zero(what: str) -> Bound:
+    return _not_positive, f"{what} is {{0}}", "a number above 0"
+
+
+def _not_below_zero(what: str) -> Bound:
+    return _negative, f"{what} is {{0}}", "0 or more"
+
+
+_PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'
+_LENGTH: Bound = _not_positive, "{0} m is not positive", "a length in m"
+_STIFFNESS: Bound = _negative, "the stiffness is negative: {0}", "0 or more"
+_DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
+_DEFORMATIONS = ("bending_y", "bending_z", "stretch", "torsion")
+
+_BOUNDS: Mapping[str, Bound] = {
+    "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
+    "joints.pitch": _PITCH,
+    "joints.rotor_inertia": (_negative, "the rotor inertia {0} is negative", "0 or more"),
+    "joints.limits.stiffness": _above_zero("the stiffness of a stop"),
+    "joints.limits.damping": _not_below_zero("the damping of a stop"),
+    "joints.limits.onset": _above_zero("the onset of a stop"),
+    "joints.friction.coulomb": _not_below_zero("the Coulomb friction"),
+    "joints.friction.velocity": _above_zero("the regularisation velocity"),
+    "joints.friction.static": _not_below_zero("the static friction"),
+    "joints.friction.stribeck": _above_zero("the Stribeck velocity"),
+    "constraints.length": _LENGTH,
+    "constraints.radius": _LENGTH,
+    "constraints.pitch": _PITCH,
+    "bushings.stiffness": _STIFFNESS,
+    "bushings.rotational_stiffness": _STIFFNESS,
+    "bushings.damping": _DAMPING,
+    "bushings.rotational_damping": _DAMPING,
+    "tyres.radius": _above_zero("the radius of a tyre"),
+    "tyres.stiffness": _above_zero("the stiffness of a tyre"),
+    "tyres.damping": _not_below_zero("the damping of a tyre"),
+    "tyres.onset": _above_zero("the onset of a tyre"),
+    "tyres.slip.stiffness": _not_below_zero("a slip stiffness"),
+    "tyres.slip.friction": _above_zero("the friction of a tyre"),
+    "tyres.slip.velocity": _above_zero("the velocity of a slip"),
+    "beams.section.elastic_modulus": _above_zero("the elastic modulus"),
+    "beams.section.density": _above_zero("the density"),
+    "beams.section.area": _above_zero("the area of a section"),
+    "beams.section.second_moments": _above_zero("a second moment of area"),
+    "beams.section.shear_modulus": _above_zero("the shear modulus"),
+    "beams.section.torsion_constant": _above_zero("the torsion constant"),
+    "beams.mass_per_length": _above_zero("the mass per length"),
+    "beams.polar_inertia": _not_below_zero("the polar inertia"),
+    **{f"beams.{kind}.stiffness": _above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.stiffness_damping": _not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.inertia_factor": _above_zero("the inertia factor") for kind in _DEFORMATIONS},
+    "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
+    "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
+    "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),
+    "controllers.groundhook": (_negative, "groundhook is negative ({0})", "0 or more"),
+    "controllers.minimum_damping": (_negative, "minimum_damping is negative ({0})", "0 or more"),
+    "controllers.maximum_damping": (_negative, "maximum_damping is negative ({0})", "0 or more"),
+    "controllers.width": (_not_positive, "the width {0} m/s is not positive", "0.01, or no width"),
+}
+
+#: What each value that formulas of parameters may give must be by itself, by key.
+BOUNDS: Mapping[str, Row] = {key: Row((key,), *bound, stage=0) for key, bound in _BOUNDS.items()}
+
+#: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push back.
+UNBOUNDED = frozenset(
+    {
+        "gravity",
+        "bodies.center_of_mass",
+        "bodies.inertia",
+        "points.position",
+        "joints.position",
+        "joints.stiffness",
+        "joints.damping",
+        "joints.rest",
+        "joints.limits.lower",
+        "joints.limits.upper",
+        "joints.mimic.multiplier",
+        "joints.mimic.offset",
+        "constraints.first.position",
+        "constraints.second.position",
+        "springs.stiffness",
+        "springs.damping",
+        "springs.length",
+        "torsion_springs.stiffness",
+        "torsion_springs.damping",
+        "torsion_springs.rest",
+        "bushings.first.position",
+        "bushings.second.position",
+        "bushings.rest",
+        "bushings.preload",
+        "bushings.rotational_preload",
+        "forces.point",
+        "controllers.proportional",
+        "controllers.integral",
+        "controllers.derivative",
+        "controllers.gain",
+        "controllers.lead",
+        "controllers.minimum",
+        "controllers.maximum",
+    }
+)
+
+
+def _limits(unit: str) -> Row:
+    words = f"the lower limit {{0}} {unit} is not below the upper one, {{1}} {unit}"
+    return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
+
+
+#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene, ``motion.Movable``.
+RELATIONS: Mapping[str, Row] = {
+    "inertia": Row(
+        ("bodies.inertia",),
+        lambda *entries: not_physical(entries),
+        lambda *entries: impossible(0.0, tensor(entries)),
+        "the values about the centre of mass, in the body's own axes",
+    ),
+    "limits in rad": _limits("rad"),
+    "limits in m": _limits("m"),
+    "static friction": Row(
+        ("joints.friction.static", "joints.friction.coulomb"),
+        operator.lt,
+        "the static friction {0} is below the Coulomb friction {1}",
+        "static above coulomb",
+    ),
+    "Stribeck velocity": Row(
+        ("joints.friction.stribeck", "joints.friction.velocity"),
+        operator.le,
+        "the Stribeck velocity {0} is not above the regularisation velocity {1}",
+        "velocity = stribeck / 10",
+    ),
+    "limits of an output": Row(
+        ("controllers.minimum", "controllers.maximum"),
+        operator.ge,
+        "the limits leave nothing: minimum {0} is not below maximum {1}",
+        "a smaller minimum",
+    ),
+    "limits of a damper": Row(
+        ("controllers.minimum_damping", "controllers.maximum_damping"),
+        operator.ge,
+        "the limits leave nothing: minimum_damping {0} is not below maximum_damping {1}",
+        "a smaller minimum_damping",
+    ),
+    "integral time": Row(
+        ("controllers.proportional", "controllers.integral"),
+        _not_both_positive,
+        "limits need a tracking time where proportional/integral = {0}/{1} is none",
+        "tracking = 0.1",
+    ),
+    "inertia of torsion": Row(
+        ("beams.polar_inertia",),
+        _not_positive,
+        "torsion needs the inertia of the sections about the axis, without which it has no inertia",
+        "polar_inertia, density times polar second moment of area",
+    ),
+}
+
+
+def bound_of(key: str) -> Row | None:
+    """Return what a value must be by itself, by its key in a scene: ``joints.hinge.limits.stiffness[1]``."""
+    section, _, rest = re.sub(r"\[\d+\]", "", key).partition(".")
+    return BOUNDS.get(f"{section}.{rest.partition('.')[2]}")

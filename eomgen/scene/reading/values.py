@@ -1,0 +1,167 @@
+"""The values of a scene's keys: formulas read in their scope, and their numbers at the default parameters."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from eomgen.scene.formula.evaluate import evaluate, symbols
+from eomgen.scene.formula.namespaces import known_there, read_included
+from eomgen.scene.formula.nodes import Formula, Number, Operation, Vector
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
+from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.geometry.rotations import Array, unit_axis
+from eomgen.scene.joints.frame_schema import Rotation as WrittenRotation
+from eomgen.scene.reading.kinds import Refused
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.requirements import Requirement, Rule, bound_of
+from eomgen.scene.scene import Rotation
+
+#: What to try where a formula of parameters has no value.
+OTHER_VALUES = "other values of the parameters"
+UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
+
+
+class Values:
+    """Reads values and reports what is wrong under their keys.
+
+    Parameters
+    ----------
+    names : Names
+        What formulas may mention.
+    parameters : mapping
+        Default value of each parameter that is known.
+    report : Report
+        Takes the problems.
+    refused : collection of str
+        Names of entries that were left out; a formula that mentions one of them has no problem of its own.
+    judged : collection of str
+        Keys whose values an importer has judged, so that nothing is asked of them.
+
+    Attributes
+    ----------
+    requirements : what was asked of values that tunable parameters decide, in order
+    mentioned : parameters (fixed ones, too) and inputs that formulas mention, as pairs of kind and name
+    """
+
+    def __init__(
+        self,
+        names: Names,
+        parameters: Mapping[str, float],
+        report: Report,
+        refused: Collection[str] = (),
+        judged: Collection[str] = (),
+    ) -> None:
+        self.names = names
+        self.parameters = parameters
+        self.report = report
+        self.refused = refused
+        self.judged = judged
+        self.requirements: list[Requirement] = []
+        self.mentioned: set[tuple[str, str]] = set()
+
+    def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
+        """Return a formula; ``UNKNOWN`` where it cannot be read. One of parameters meets the bound that its key has."""
+        if isinstance(value, Refused):
+            return UNKNOWN
+        if not isinstance(value, str):
+            self._require_bound(key, Number(value), scope)
+            return Number(value)
+        try:
+            formula = read_included(value, self.names, scope)
+        except FormulaError as error:
+            if not self.mentions_refused(value):
+                self.report.add(key, error.what, error.hint)
+            return UNKNOWN
+        self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula) if symbol.kind in ("parameter", "input")}
+        if scope in (PARAMETERS, FIXED_PARAMETERS):
+            try:
+                self.value(formula)
+            except ArithmeticError as error:
+                self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
+                return UNKNOWN
+        self._require_bound(key, formula, scope)
+        return formula
+
+    def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
+        """Ask of a formula of parameters what its key asks of every value; of any other key that it has a value."""
+        if scope is not PARAMETERS:
+            return
+        bound = bound_of(key)
+        if bound is not None:
+            self.require(key, bound, [formula])
+        elif isinstance(formula, Operation) and self._tunable(formula):
+            self.requirements.append(Requirement(self.report.where(key), (formula,)))
+
+    def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> None:
+        """Report values at the default parameters that break a rule; keep the rule where tunable parameters decide."""
+        if key in self.judged:
+            return
+        try:
+            numbers = [self.value(formula) for formula in formulas]
+        except ArithmeticError as error:
+            self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
+            return
+        if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
+            self.report.add(key, *rule.fault(numbers))
+        if any(self._tunable(formula) for formula in formulas):
+            self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
+
+    def _tunable(self, formula: Formula) -> bool:
+        return any(symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula))
+
+    def mentions_refused(self, text: str) -> bool:
+        """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""
+        refused = known_there(text, self.refused)
+        return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
+
+    def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
+        """Return three formulas."""
+        x, y, z = (self.formula(f"{key}[{place}]", entry, scope) for place, entry in enumerate(value))
+        return x, y, z
+
+    def value(self, formula: Formula) -> float:
+        """Return the value of a formula of parameters at their defaults; NaN where it is not known."""
+        if formula is UNKNOWN or any(symbol.name not in self.parameters for symbol in symbols(formula)):
+            return math.nan
+        return evaluate(formula, lambda symbol: self.parameters[symbol.name])
+
+    def constant(self, key: str, value: float | str) -> float:
+        """Return the number that a value of fixed parameters stands for; NaN where it is not known."""
+        return self.value(self.formula(key, value, FIXED_PARAMETERS))
+
+    def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
+        """Return the numbers of a list of constants."""
+        return [self.constant(f"{key}[{place}]", value) for place, value in enumerate(values)]
+
+    def axis(self, key: str, value: Sequence[float | str]) -> Array | None:
+        """Return a unit axis; None where there is none, which is reported."""
+        numbers = self.constants(key, value)
+        if not np.all(np.isfinite(numbers)):
+            return None
+        axis = unit_axis(numbers)
+        if axis is None:
+            self.report.add(key, "the axis has no direction", "an axis such as [0, 0, 1]")
+        return axis
+
+    def rotations(self, key: str, value: Sequence[WrittenRotation], scope: Scope) -> tuple[Rotation, ...]:
+        """Return intrinsic rotations whose angles are formulas; those without an axis are left out."""
+        result = []
+        for place, rotation in enumerate(value):
+            axis = self.axis(f"{key}[{place}].axis", rotation.axis)
+            angle = self.formula(f"{key}[{place}].angle", rotation.angle, scope)
+            if axis is not None:
+                result.append(Rotation((float(axis[0]), float(axis[1]), float(axis[2])), angle))
+        return tuple(result)
+
+    def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
+        """Return intrinsic rotations by constant angles; None where one of them is not known."""
+        result = []
+        for rotation in self.rotations(key, value, FIXED_PARAMETERS):
+            result.append((np.array(rotation.axis), self.value(rotation.angle)))
+        if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
+            return None
+        return result

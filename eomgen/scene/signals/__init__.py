@@ -1,0 +1,1 @@
+"""Parameters, inputs, states, curves, roads and outputs: what the user writes, and what they become."""

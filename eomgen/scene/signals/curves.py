@@ -1,0 +1,208 @@
+"""The curves of a scene as it is written: points, tables, waves, bumps and roads, brought to one form."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import Problem
+from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.scene.formula.piecewise import AnyCurve, Bump, Curve, Waves
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals import schema as written
+from eomgen.scene.signals.curve_checks import fault
+from eomgen.scene.signals.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
+from eomgen.scene.signals.tables import TableError, read_columns
+from eomgen.scene.units.parser import UnitError, read_unit
+
+Array = NDArray[np.float64]
+KINDS = ("table", "points", "wave", "bump", "road")
+_ROADS = ("table", "points", "bump")
+#: Stands for a curve that was refused, so that reading can go on to the next problem.
+_NOTHING = ((0.0, 0.0), (1.0, 0.0))
+
+
+class Curves:
+    """Reads curves and notes what is wrong with them.
+
+    Parameters
+    ----------
+    values : Values
+        Reads values of fixed parameters, and takes the problems.
+    folder : Path
+        Of the scene file; paths of tables start there.
+    """
+
+    def __init__(self, values: Values, folder: Path) -> None:
+        self.values = values
+        self.report = values.report
+        self.folder = folder
+
+    def curve(self, key: str, name: str, entry: written.Curve) -> AnyCurve:
+        """Return a curve."""
+        given = [kind for kind in KINDS if getattr(entry, kind) is not None]
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            self.report.add(key, f"a curve needs one of {', '.join(KINDS)}, not {got}", "points = [[0, 0], [1, 0.5]]")
+            return _empty(name)
+        if given[0] not in ("table", "points"):
+            self.refuse_options(key, entry, f"a {given[0]}")
+        if entry.wave is not None:
+            return self.wave(f"{key}.wave", name, entry.wave)
+        if entry.bump is not None:
+            return self.bump(f"{key}.bump", name, entry.bump)
+        if entry.road is not None:
+            harmonics = road_harmonics(entry.road.road_class, 1.0, seed=entry.road.seed, harmonics=entry.road.harmonics)
+            return Waves(name, harmonics)
+        return self.through_points(key, name, entry)
+
+    def through_points(self, key: str, name: str, entry: written.Shape) -> Curve:
+        """Return a curve through the points of a list or of a table."""
+        interpolation = entry.interpolation or "quintic"
+        if entry.points is not None:
+            key = f"{key}.points"
+            points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
+            x, y = np.array([*zip(*points, strict=True)]) if points else np.zeros((2, 0))
+            places = [self.report.where(f"{key}[{place}]") for place in range(len(points))] or [self.report.where(key)]
+            outside = entry.outside or ("error" if interpolation == "quintic" else "hold")
+        else:
+            key = f"{key}.table"
+            found = self.columns(key, entry.table)
+            if found is None:
+                return _empty(name)
+            (x, y), places = found
+            outside = entry.outside or "error"
+        if not np.all(np.isfinite([x, y])):  # what was refused, and said
+            return _empty(name)
+        wrong = fault(x, y, interpolation, outside)
+        if wrong is not None:
+            index, what, hint = wrong
+            self.report.add_problem(key, Problem(places[min(index, len(places) - 1)], what, hint))
+            return _empty(name)
+        return Curve(name, x, y, interpolation, outside)
+
+    def columns(self, key: str, table: written.TableFile | None) -> tuple[tuple[Array, Array], list[str]] | None:
+        """Return the two columns of a table, scaled, and the place of each row; None where they cannot be read."""
+        if table is None:
+            return None
+        try:
+            x, y, lines = read_columns(
+                self.folder / table.file, table.argument, table.value, delimiter=table.delimiter, decimal=table.decimal
+            )
+        except TableError as error:
+            problem = error.problem
+            self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
+            return None
+        x, y = x * self.scale(key, table, "argument"), y * self.scale(key, table, "value")
+        file = Path(table.file).name
+        shown = file if file.isascii() and file.isprintable() else ascii(file)
+        return (x, y), [f"{shown}:{line} ({key})" for line in lines]
+
+    def scale(self, key: str, table: written.TableFile, column: str) -> float:
+        """Return the factor on a column: that of its unit, and the one that is given."""
+        factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
+        if not unit.strip():
+            return factor
+        from eomgen.scene.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+
+        try:
+            return factor * float(measure(read_unit(unit))[0])
+        except UnitError as error:
+            self.report.add(f"{key}.{column}_unit", error.what, error.hint)
+            return factor
+
+    def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
+        """Return a periodic curve that jumps or bends between two values."""
+        period, start, duty, low, high = self.values.constants(key, (wave.period, wave.start, wave.duty, wave.low, wave.high))
+        if not period > 0.0:
+            self.report.add(f"{key}.period", f"the period {period:.6g} is not positive", "a period such as 0.5")
+        if not 0.0 < duty < 1.0:
+            self.report.add(f"{key}.duty", f"the duty {duty:.6g} is not between 0 and 1", "0.5")
+        if not (period > 0.0 and 0.0 < duty < 1.0):
+            return _empty(name)
+        end = start + period
+        if wave.shape == "square":
+            x, y = [start, start + duty * period, end], [high, low, high]
+            return Curve(name, np.array(x), np.array(y), "steps", "periodic")
+        if wave.shape == "triangle":
+            x, y = [start, start + duty * period, end], [low, high, low]
+        else:
+            x, y = [start, end], [low, high]
+        return Curve(name, np.array(x), np.array(y), "linear", "periodic")
+
+    def bump(self, key: str, name: str, bump: written.Bump) -> Bump:
+        """Return a single bump."""
+        position, length, height = self.values.constants(key, (bump.position, bump.length, bump.height))
+        if not length > 0.0:
+            self.report.add(f"{key}.length", f"the length {length:.6g} is not positive", "a length such as 0.5")
+        return Bump(name, position, length, height)
+
+    def signal(self, key: str, entry: written.Input) -> list[Formula]:
+        """Return what an input says beside its formula and its road, each part a curve over time."""
+        given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
+        if len(given) > 1:
+            what = f"an input takes one of table, points, wave, not {' and '.join(given)}"
+            self.report.add(key, what, "a curve for each, and a formula")
+        if not ({"table", "points"} & set(given)):
+            self.refuse_options(key, entry, "an input without points or a table")
+        if not given:
+            return []
+        made = self.wave(f"{key}.wave", key, entry.wave) if entry.wave is not None else self.through_points(key, key, entry)
+        return [Application(made, Symbol("time"))]
+
+    def refuse_options(self, key: str, entry: written.Shape, what: str) -> None:
+        """Note options that mean nothing where there are no points."""
+        for option in ("interpolation", "outside"):
+            if getattr(entry, option) is not None:
+                self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {what}", "without it")
+
+    def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
+        """Return the road under a wheel over time: harmonics where it is one of a class, else a formula."""
+        given = [word for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS)) if entry]
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got}", 'class = "C"')
+        travelled = self.travelled(key, road)
+        if len(given) != 1 or travelled is None:
+            return ()
+        speed, offset = travelled
+        if road.road_class is not None:
+            self.refuse_options(key, road, "a class")
+            return road_harmonics(road.road_class, speed, seed=road.seed, offset=offset, harmonics=road.harmonics)
+        if road.bump is not None:
+            self.refuse_options(key, road, "a bump")
+            made: AnyCurve = self.bump(f"{key}.bump", key, road.bump)
+        else:
+            made = self.through_points(key, key, road)
+        return Application(made, Operation("sub", (Operation("mul", (Number(speed), Symbol("time"))), Number(offset))))
+
+    def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
+        """Return speed and offset of a wheel; None where they are not known."""
+        speed, offset = self.values.constant(f"{key}.speed", road.speed), self.values.constant(f"{key}.offset", road.offset)
+        if speed <= 0.0 or speed > FASTEST:
+            self.report.add(f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20")
+        if abs(offset) > FARTHEST:
+            what = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
+            self.report.add(f"{key}.offset", what, "the distance in m by which this wheel follows the first")
+        if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
+            return None
+        return speed, offset
+
+
+def digest(curves: Iterable[AnyCurve]) -> str:
+    """Return what changes with any number of any curve, for the cache key: files change where the scene does not."""
+    total = hashlib.sha256()
+    for curve in curves:
+        total.update(repr((curve.name, type(curve).__name__)).encode())
+        if isinstance(curve, Curve):
+            total.update(f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes())
+    return total.hexdigest()
+
+
+def _empty(name: str) -> Curve:
+    x, y = (np.array(part) for part in zip(*_NOTHING, strict=True))
+    return Curve(name, x, y, "linear", "hold")

@@ -1,0 +1,114 @@
+"""The shape of signals in a scene file: curves through points, tables, waves, bumps and roads, and the inputs made of them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
+
+RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
+Seed = Annotated[int, Field(ge=0, le=2**63 - 1)]
+Harmonics = Annotated[int, Field(ge=1, le=2000)]
+Column = Annotated[int, Field(ge=0, le=9999)] | Annotated[str, Field(max_length=200)]
+_CLASS = "roughness: A is a good motorway, C an average road; each class is twice as rough in amplitude"
+_COLUMN = "title or number from 0"
+
+
+class TableFile(Table):
+    """Two columns of a CSV file."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
+        "path, from the folder of the scene file", kind="text", path=True
+    )
+    argument: Column = key("column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN)
+    value: Column = key("column of the value", 1, kind=_COLUMN)
+    argument_unit: Unit = key("unit that the argument's column is in, to be brought to SI", "")
+    value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "")
+    argument_scale: Finite = key("factor on the argument", 1.0)
+    value_scale: Finite = key("factor on the value", 1.0)
+    delimiter: Literal["comma", "semicolon", "tab", "space"] | None = key(
+        "between columns", None, shown_default="the first of tab, semicolon, comma, space that is in the first row"
+    )
+    decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
+
+
+class Wave(Table):
+    """A periodic signal with corners."""
+
+    shape: Literal["square", "triangle", "sawtooth"] = key(
+        "square: high, then low; triangle: up, then down; sawtooth: up, then a jump"
+    )
+    period: Value = key("of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    start: Value = key("argument at which a period begins", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
+
+
+class Bump(Table):
+    """A single haversine bump: height/2 (1 - cos(2 pi x/length)) over its length, zero elsewhere."""
+
+    length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
+    height: Value = key("negative for a hole", unit="m", names=FIXED_PARAMETERS)
+    position: Value = key("where it begins", 0.0, unit="m", names=FIXED_PARAMETERS)
+
+
+class Profile(Table):
+    """A random road over distance, with the spectrum of ISO 8608."""
+
+    road_class: RoadClass = key(_CLASS, alias="class", kind="`A` to `H`")
+    seed: Seed = key("of the random phases", 0, kind="whole number from 0")
+    harmonics: Harmonics = key("number of harmonics between 0.011 and 2.83 cycles/m", 200)
+
+
+class Shape(Table):
+    """What takes points, listed or from a table."""
+
+    table: TableFile | None = key("points from a CSV file", None)
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = key(
+        "points in order", None, unit=ANY_UNIT, names=FIXED_PARAMETERS, kind="list of [argument, value], any unit"
+    )
+    interpolation: Literal["quintic", "linear", "steps"] | None = key(
+        "between points", None, shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
+    )
+    outside: Literal["error", "hold", "periodic"] | None = key(
+        "beyond the points", None, shown_default="`error`; `hold` for `points` that are `linear` or `steps`",
+        kind="`error`, `hold` or `periodic`",
+    )  # fmt: skip
+
+
+class Curve(Shape):
+    """A function of one number that formulas use by its name."""
+
+    wave: Wave | None = key("a periodic signal", None)
+    bump: Bump | None = key("a single bump", None)
+    road: Profile | None = key("a random road over distance in m", None)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
+
+
+class Road(Shape):
+    """The elevation under a wheel over time: a profile of ISO 8608, a bump, or points over distance, at a speed."""
+
+    road_class: RoadClass | None = key(_CLASS, None, alias="class", kind="`A` to `H`")
+    bump: Bump | None = key("a single bump", None)
+    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
+    seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
+    offset: Value = key(
+        "distance by which this wheel follows the one with offset 0 in the same track", 0.0, unit="m", names=FIXED_PARAMETERS
+    )
+    harmonics: Harmonics = key("of a class: number of harmonics between 0.011 and 2.83 cycles/m", 200)
+
+
+class Input(Shape):
+    """A signal u(t) that formulas use by its name: the sum of what its keys say."""
+
+    formula: Value | None = key("a formula", None, unit=ANY_UNIT, names=TIME)
+    wave: Wave | None = key("a periodic signal", None)
+    road: Road | None = key("a road at a speed", None)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")

@@ -1,0 +1,1 @@
+"""Where descriptions come from: TOML with included files, XML, URDF."""

@@ -1,0 +1,254 @@
+"""Other files as parts of a scene: their entries under a prefix, their base on a body of the scene.
+
+A part is read as data with its values in SI; then its names and references are renamed as the schema says of each key, while
+its formulas keep their text and take their namespace along.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from eomgen.errors import EomgenError, FileError, UsageError
+from eomgen.scene.control.schema import Controller
+from eomgen.scene.control.section import made_by_controller
+from eomgen.scene.document.include_schema import Include
+from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.units import in_si
+from eomgen.scene.document.validation import explained
+from eomgen.scene.formula.namespaces import Included, Namespace
+from eomgen.scene.load import read_text, shown_file, toml_data
+from eomgen.scene.reading.kinds import described
+from eomgen.scene.reading.part import Part
+from eomgen.scene.reading.report import Report
+from eomgen.scene.scene import BASE
+from eomgen.scene.sources.include_renaming import Renamer, overridden
+from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
+
+_MOST_FILES = 1000
+_DEEPEST = 20
+_LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
+
+
+def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part:
+    """Return the data of a scene with the entries of all that it includes.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    report : Report
+        Of the scene; takes what is wrong in any of the files.
+    folder : Path
+        Where the paths in the scene start.
+    """
+    part = Part(dict(data), {key: report.place(key) for key in report.lines})
+    return _Includer(report).expanded(part, report, folder, (folder / report.file,))
+
+
+class _Includer:
+    def __init__(self, report: Report) -> None:
+        self.report = report  # of the scene: the problems of other files end here
+        self.files = 0
+
+    def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
+        """Put what a file includes into its part; ``report`` is the file's own, ``chain`` leads from the scene to it."""
+        written = part.data.pop("include", {})
+        if not isinstance(written, Mapping):
+            report.add("include", f"a table is needed here, not {described(written)}", '[include.left] and file = "left.toml"')
+            return part
+        opened: list[tuple[str, Include, Part]] = []
+        for name, raw in written.items():
+            entry = _entry(name, raw, report)
+            inner = None if entry is None else self.opened(key_of("include", name), entry, report, folder, chain)
+            if entry is not None and inner is not None:
+                opened.append((name, entry, inner))
+        bodies = [BASE, *_bodies(part.data)]
+        bodies += [_prefix(name, entry) + body for name, entry, inner in opened for body in _bodies(inner.data)]
+        for name, entry, inner in opened:
+            if entry.parent not in bodies:
+                key = f"{key_of('include', name)}.parent"
+                report.add(key, f"there is no body {shown(entry.parent)}", nearest(entry.parent, bodies))
+                entry = entry.model_copy(update={"parent": BASE})  # noqa: PLW2901 - so that it is one problem, not many
+            _merge(name, entry, inner, part, report)
+        return part
+
+    def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> Part | None:
+        """Return the data of an included file; None where they cannot be read."""
+        path, place = folder / entry.file, f"{key}.file"
+        self.files += 1
+        try:
+            again = next((step for step in chain if step.resolve() == path.resolve()), None)
+        except (OSError, ValueError, RuntimeError) as error:
+            report.add(place, f"{shown(entry.file)} is not a path: {error}", "a path from the folder of this file")
+            return None
+        if again is not None:
+            names = ", ".join(shown_file(step) for step in [*chain[chain.index(again) :], path])
+            report.add(place, f"files include one another in a circle: {names}", "one of them without the include")
+            return None
+        if len(chain) > _DEEPEST or self.files > _MOST_FILES:
+            what = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
+            report.add(place, what, "fewer of them")
+            return None
+        if path.suffix.lower() not in (".toml", ".urdf", ".xml"):
+            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", "a .toml scene or a .urdf file")
+            return None
+        try:
+            text = read_text(path)
+            if path.suffix.lower() == ".toml":
+                for option in sorted({"root", "lock"} & entry.model_fields_set):
+                    report.add(f"{key}.{option}", f"{option} is for URDF only", "the joint in the included file")
+                return self.scene(text, path, [*chain, path])
+            return _robot(text, path, entry)
+        except FileError as error:
+            problem = error.problems[0]
+            report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
+        except UsageError as error:  # a joint in lock that there is not
+            report.add(f"{key}.lock", error.problems[0].what, error.problems[0].hint)
+        except EomgenError as error:
+            self.report.found += [(0, problem) for problem in error.problems]
+        return None
+
+    def scene(self, text: str, path: Path, chain: Sequence[Path]) -> Part:
+        file = shown_file(path)
+        data, lines = toml_data(text, file)
+        report = Report(file, lines)
+        _check_top_level(data, report)
+        part = self.expanded(Part(data, {key: report.place(key) for key in lines}), report, path.parent, chain)
+        report.lines = part.lines
+        part.data, _ = in_si(part.data, report)
+        self.report.found += report.found
+        for left_out in ("base", "gravity"):
+            if left_out in part.data:
+                part.notes.append(f"{file}: its {left_out} is left out, that of the scene which includes it holds")
+        return part
+
+
+def _entry(name: str, raw: object, report: Report) -> Include | None:
+    """Return an entry of the section, if it is well formed."""
+    try:
+        entry = Include.model_validate(raw)
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            location = ("include", name, *(part for part in detail["loc"] if isinstance(part, str | int)))
+            report.add(key_of(*location), *explained(detail["type"], detail["msg"], location, detail.get("input")))
+        return None
+    prefix = _prefix(name, entry)
+    if prefix and not is_legal(prefix):
+        report.add(key_of("include", name), f"{shown(prefix)} cannot be the beginning of a name", 'prefix = "left_"')
+        return None
+    return entry
+
+
+def _robot(text: str, path: Path, entry: Include) -> Part:
+    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # imported only where it is needed
+
+    file = shown_file(path)
+    root = "attached" if entry.root == "fixed" else "free"
+    data, lines, notes = urdf_data(text, file=file, root=root, lock=entry.lock, limits=entry.limits, friction=entry.friction)
+    places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in lines.items()}
+    return Part(data, places, [f"{file}: {note}" for note in notes], set(data["bodies"]))
+
+
+def _check_top_level(data: dict[str, Any], report: Report) -> None:
+    """Report what is wrong with the keys of an included file, which the scene that includes it does not see."""
+    if data.get("format") != 1:
+        what = f"this eomgen reads format 1, not {described(data['format'])}" if "format" in data else "the key format is missing"
+        report.add("format", what, "format = 1")
+    for key in list(data):
+        if key not in Document.model_fields:
+            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, Document.model_fields))
+        elif key in SECTIONS and not isinstance(data[key], Mapping):
+            report.add(key, f"a table is needed here, not {described(data[key])}")
+            del data[key]
+        elif key in SECTIONS:
+            for name in [name for name in data[key] if not is_legal(name)]:
+                report.add(key_of(key, name), f"the name {shown(name)} is not legal", NAME_RULE)
+                del data[key][name]
+
+
+def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -> None:
+    """Put an included part into the part that includes it."""
+    key, prefix = key_of("include", name), _prefix(name, entry)
+    known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
+    values = overridden(key, entry, inner.data, known, report)
+    names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
+    names["bodies"] |= names["beams"]
+    space = Namespace(names, values)
+    base = _base(name, entry, part, report)
+    entries = Renamer(space, base, Path(entry.file)).document(inner.data)
+    renamed_too = _made(entries)
+    for section, made in _made(inner.data).items():
+        names[section] |= dict(zip(made, renamed_too[section], strict=True))
+    for section, renamed in entries.items():
+        mine = part.data.setdefault(section, {})
+        if not isinstance(mine, Mapping):
+            continue  # said when the scene is read
+        for twice in [found for found in renamed if found in mine]:
+            here = part.lines.get(key_of(section, twice), report.file)
+            there = inner.lines.get(key_of(section, twice.removeprefix(prefix)), entry.file)
+            what = f"the name {twice} in {section} is given twice, at {here} and at {there}"
+            report.add(key, what, f'another prefix than "{prefix}"')
+        part.data[section] = {**mine, **renamed}
+    for old, place in inner.lines.items():
+        match = _LINE_KEY.fullmatch(old)
+        if match and match[1] == "include":
+            part.lines[f"{key}.{old}"] = place
+        elif match and match[1] in SECTIONS:
+            part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", place)
+    part.notes += inner.notes
+    part.judged |= {prefix + body for body in inner.judged}
+    part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
+    part.bound |= {f"{key}.{bound}": Included(text, space) for bound, text in inner.bound.items()}
+    part.spaces += [*inner.spaces, space]
+
+
+def _base(name: str, entry: Include, part: Part, report: Report) -> str:
+    """Return the body that a part's base is: the parent itself, or a massless body that is fixed to it."""
+    if entry.position == (0.0, 0.0, 0.0) and not entry.rotation:
+        return entry.parent
+    body, key = f"{name}_base", key_of("include", name)
+    rotation = [turn.model_dump() for turn in entry.rotation or ()]
+    joint = {"type": "fixed", "parent": entry.parent, "child": body, "position": entry.position, "rotation": rotation}
+    for section, made in (("bodies", {"mass": 0.0}), ("joints", joint)):
+        mine = part.data.get(section, {})
+        if not isinstance(mine, Mapping):
+            continue
+        if body in mine:
+            report.add(key, f"the name {body} in {section} is needed for the place of this include", "another name")
+        part.data[section] = {**mine, body: made}
+        for place in ("", ".position", ".rotation"):
+            if key + place in part.lines:
+                part.lines[key_of(section, body) + place] = part.lines[key + place]
+    return body
+
+
+def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the names that the controllers of a file make, by section; of those that are not well formed none."""
+    found: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
+    for name in _names(data, "controllers"):
+        try:
+            entry = Controller.model_validate(data["controllers"][name])
+        except ValidationError:
+            continue
+        for section, made in made_by_controller(name, entry).items():
+            found[section] += made
+    return found
+
+
+def _prefix(name: str, entry: Include) -> str:
+    return f"{name}_" if entry.prefix is None else entry.prefix
+
+
+def _bodies(data: Mapping[str, Any]) -> list[str]:
+    """Return what joints can carry: bodies and beams."""
+    return _names(data, "bodies") + _names(data, "beams")
+
+
+def _names(data: Mapping[str, Any], section: str) -> list[str]:
+    entries = data.get(section, {})
+    return [str(name) for name in entries] if isinstance(entries, Mapping) else []

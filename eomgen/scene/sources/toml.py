@@ -1,0 +1,117 @@
+"""The line of every key of a TOML text, found by a scan that trusts the text to be valid TOML (tomllib has read it before)."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+from eomgen.text import key_of
+
+_BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
+_SCALAR = re.compile(r"[^,\]\}#\n]*")
+_INDEXED = 16  # the lists of a scene are short; the index of a hostile file shall be, too
+Key = tuple[str | int, ...]
+
+
+def line_index(text: str) -> dict[str, int]:
+    """Return the line (from 1) of each dotted key, list entries included: ``bodies.arm.inertia[2]``.
+
+    Parameters
+    ----------
+    text : str
+        Valid TOML.
+    """
+    return _Scanner(text).scan()
+
+
+class _Scanner:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.place = 0
+        self.line = 1
+        self.counted = 0
+        self.lines: dict[str, int] = {}
+
+    def scan(self) -> dict[str, int]:
+        table: Key = ()
+        self.skip_blank()
+        while self.place < len(self.text):
+            if self.text[self.place] == "[":
+                self.place += 2 if self.text.startswith("[[", self.place) else 1
+                table = self.key()
+                self.note(table)
+                self.place = self.text.index("]", self.place) + 1
+                self.place += self.text.startswith("]", self.place)
+            else:
+                self.pair(table)
+            self.skip_blank()
+        return self.lines
+
+    def skip_blank(self) -> None:
+        match = _BLANK.match(self.text, self.place)
+        self.place = match.end() if match else self.place
+
+    def note(self, key: Key) -> None:
+        """Record the present line for a key and for the keys above it that have none."""
+        self.line += self.text.count("\n", self.counted, self.place)
+        self.counted = self.place
+        for length in range(1, len(key) + 1):
+            self.lines.setdefault(key_of(*key[:length]), self.line)
+
+    def key(self) -> Key:
+        parts: list[str | int] = []
+        while True:
+            self.skip_blank()
+            if self.text[self.place] in "\"'":
+                quoted = _STRING.match(self.text, self.place)
+                token = quoted.group() if quoted else ""
+                parts.append(str(tomllib.loads(f"k = {token}")["k"]))
+            else:
+                bare = _BARE_KEY.match(self.text, self.place)
+                token = bare.group() if bare else ""
+                parts.append(token)
+            self.place += len(token)
+            self.skip_blank()
+            if not self.text.startswith(".", self.place):
+                return tuple(parts)
+            self.place += 1
+
+    def pair(self, table: Key) -> None:
+        start = self.place
+        key = table + self.key()
+        end, self.place = self.place, start
+        self.note(key)
+        self.place = self.text.index("=", end) + 1
+        self.value(key)
+
+    def value(self, key: Key) -> None:
+        self.skip_blank()
+        opening = self.text[self.place]
+        if opening in "\"'":
+            string = _STRING.match(self.text, self.place)
+            self.place = string.end() if string else self.place + 1
+        elif opening in "[{":
+            self.place += 1
+            self.collection(key, "]" if opening == "[" else "}")
+        else:
+            scalar = _SCALAR.match(self.text, self.place)
+            self.place = scalar.end() if scalar else self.place + 1
+
+    def collection(self, key: Key, closing: str) -> None:
+        """Walk through the entries of an array or an inline table."""
+        count = 0
+        self.skip_blank()
+        while self.text[self.place] != closing:
+            if closing == "]":
+                if count < _INDEXED:
+                    self.note((*key, count))
+                self.value((*key, count))
+                count += 1
+            else:
+                self.pair(key)
+            self.skip_blank()
+            self.place += self.text[self.place] == ","
+            self.skip_blank()
+        self.place += 1

@@ -1,0 +1,1 @@
+"""URDF: its elements, and the scene that they become."""

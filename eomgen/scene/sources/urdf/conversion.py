@@ -1,0 +1,265 @@
+"""A URDF as a scene: what is fixed is merged, what is not modelled is listed, and the rest takes the road of every scene.
+
+A link's frame is its joint's frame at zero, in URDF as here, so placements are taken over as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from eomgen.errors import UsageError
+from eomgen.scene.document.assemble import from_data
+from eomgen.scene.geometry.inertia import Inertia, combined
+from eomgen.scene.geometry.rotations import Array, about_axis, rows, snapped_rotation, unit_axis
+from eomgen.scene.reading.report import Report
+from eomgen.scene.scene import BASE, WORLD, Scene
+from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
+from eomgen.scene.sources.urdf.limits import friction_of, stops_of
+from eomgen.scene.sources.urdf.mimics import held_and_following
+from eomgen.scene.sources.urdf.notes import (
+    doubtful_inertias,
+    left_out,
+    notes_of_mimics,
+    notes_of_names_and_angles,
+    notes_of_what_has_no_effect,
+)
+from eomgen.scene.sources.xml import read_xml
+from eomgen.text import listed, nearest, shown
+
+_RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
+_ROOT_JOINT = "root_joint"
+
+
+def load_urdf(
+    text: str,
+    *,
+    file: str = "robot.urdf",
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+) -> Scene:
+    """Read a scene from the text of a URDF file; see ``reader.load``.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
+    if root not in ("fixed", "free"):
+        raise UsageError(f"root is {shown(root)}", "fixed or free")
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits, friction=friction)
+    return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
+
+
+def urdf_data(
+    text: str,
+    *,
+    file: str,
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
+    """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
+
+    Parameters
+    ----------
+    root : str
+        ``fixed``: the root link is the base. ``attached``: it is a body, fixed to the base. ``free``: a body on a free joint.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
+    lock = (lock,) if isinstance(lock, str) else lock
+    report = Report(file, {})
+    robot = read_robot(read_xml(text, file), report)
+    by_written = {robot.original.get(name, name): name for name in robot.joints}
+    for name in lock:
+        if name not in by_written:
+            raise UsageError(f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
+    locked = {by_written[name] for name in lock}
+    report.raise_problems()
+    order = _from_root(robot, report)
+    held, leaders = held_and_following(robot, locked, report)
+    merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
+    notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
+    notes += notes_of_what_has_no_effect(robot, held)
+    doubts = [*doubtful_inertias(robot), *left_out(robot, set(held))]
+    if strict:
+        for line, note in doubts:
+            report.add_at(line, "", note, "no --strict (strict=False), to go on without")
+        report.raise_problems()
+    return merger.data, merger.lines, [*notes, *(note for _, note in doubts)]
+
+
+def _from_root(robot: Robot, report: Report) -> list[Joint]:
+    """Return the joints with parents first, in the file's order otherwise; raise what breaks the tree."""
+    if not robot.links:
+        report.add_at(1, "", "the robot has no link", "xacro first, if the file was meant for it")
+        report.raise_problems()
+    carrier: dict[str, Joint] = {}
+    children: dict[str, list[Joint]] = {name: [] for name in robot.links}
+    for joint in robot.joints.values():
+        if joint.child in carrier:
+            what = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
+            report.add_at(joint.line, f"joints.{joint.name}", what, "one joint for each link: closed loops are not part of URDF")
+        carrier.setdefault(joint.child, joint)
+        children[joint.parent].append(joint)
+    roots = [name for name in robot.links if name not in carrier]
+    if len(roots) != 1:
+        what = (
+            f"there are {len(roots)} root links: {listed(roots)}" if roots else "no link is the root: the joints run in a circle"
+        )
+        report.add_at(1, "", what, "one link that is no joint's child")
+    report.raise_problems()
+    order: list[Joint] = []
+    waiting = children[roots[0]][::-1]
+    while waiting:
+        joint = waiting.pop()
+        order.append(joint)
+        waiting += children[joint.child][::-1]
+    reached = {joint.name for joint in order}
+    lost = [name for name in robot.joints if name not in reached]
+    if lost:
+        report.add_at(
+            robot.joints[lost[0]].line, "", f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}", ""
+        )
+    report.raise_problems()
+    return order
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a link sits: on which body, and how."""
+
+    body: str
+    orientation: Array
+    position: Array
+
+
+class _Merger:
+    """Makes one body of links that are fixed to one another; their frames stay as points."""
+
+    def __init__(
+        self, robot: Robot, order: Sequence[Joint], held: Mapping[str, float], leaders: Mapping[str, str], root: str,
+        *, limits: bool, friction: bool,
+    ) -> None:  # fmt: skip
+        self.robot = robot
+        self.held = held
+        self.leaders = leaders
+        self.limits = limits
+        self.friction = friction
+        self.notes: list[str] = []
+        self.lines: dict[str, int | str] = {}
+        self.parts: dict[str, list[Inertia]] = {}
+        children = {joint.child for joint in order}
+        root_link = next(name for name in robot.links if name not in children)
+        self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "points": {}}
+        identity = (np.eye(3), np.zeros(3))
+        self.places = {root_link: _Place(BASE if root == "fixed" else self.body_name(root_link), *identity)}
+        if root != "fixed":
+            joint_name = _ROOT_JOINT if _ROOT_JOINT not in robot.joints else f"{_ROOT_JOINT}_free"
+            kind = "free" if root == "free" else "fixed"
+            self.data["joints"][joint_name] = {"type": kind, "parent": BASE, "child": self.places[root_link].body}
+        self.add_part(root_link)
+        if root == "fixed":
+            self.data["points"][root_link] = {"body": BASE}
+            self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
+        for joint in order:
+            self.attach(joint)
+        self.make_bodies()
+
+    def body_name(self, link: str) -> str:
+        if link not in _RESERVED:
+            return link
+        name = f"{link}_link" if f"{link}_link" not in self.robot.links else f"{link}_body"
+        while name in self.robot.links:
+            name += "_"
+        self.notes.append(f"the link {link} is the body {name}, because {link} is the name of {_RESERVED[link]}")
+        return name
+
+    def add_part(self, link: str) -> None:
+        place = self.places[link]
+        inertia = self.robot.links[link].inertia
+        self.parts.setdefault(place.body, []).append(inertia.moved(place.orientation, place.position))
+        self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
+
+    def attach(self, joint: Joint) -> None:
+        """Place a joint's child: on its parent's body where it is fixed, else as a body of its own."""
+        parent = self.places[joint.parent]
+        orientation = snapped_rotation(parent.orientation @ joint.orientation)
+        position = parent.orientation @ joint.position + parent.position
+        self.lines[f"joints.{joint.name}"] = joint.line
+        if joint.name in self.held:
+            turn, shift = _moved(joint, self.held[joint.name])
+            orientation, position = snapped_rotation(orientation @ turn), position + orientation @ shift
+            self.places[joint.child] = _Place(parent.body, orientation, position)
+            self.data["points"][joint.child] = {"body": parent.body, "position": position.tolist()}
+            self.lines[f"points.{joint.child}"] = joint.line
+        else:
+            self.places[joint.child] = _Place(self.body_name(joint.child), np.eye(3), np.zeros(3))
+            entry: dict[str, Any] = {"type": joint.type, "parent": parent.body, "child": self.places[joint.child].body}
+            entry |= {"position": position.tolist(), "orientation": [list(row) for row in rows(orientation)]}
+            if joint.type != "free":
+                entry["axis"] = list(joint.axis)
+            if joint.type in ("revolute", "prismatic"):
+                entry["damping"] = joint.damping
+            elif joint.damping:
+                self.robot.left_out.setdefault(f"damping of a {joint.written_type} joint", []).append(joint.name)
+            if joint.mimic is not None:
+                leader = {"joint": self.leaders[joint.name]}
+                entry["mimic"] = leader | {"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset}
+            self.add_friction(joint, entry)
+            self.add_limits(joint, entry)
+            self.data["joints"][joint.name] = entry
+        self.add_part(joint.child)
+
+    def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
+        """Turn a joint's limits into stops where that is asked for, and note what stays out."""
+        stops = stops_of(joint) if self.limits else None
+        if stops is not None:
+            entry["limits"] = stops
+            self.robot.left_out.setdefault("limits of velocity and effort", []).append(joint.name)
+        elif joint.limit is not None:
+            self.robot.left_out.setdefault("limit", []).append(joint.name)
+
+    def add_friction(self, joint: Joint, entry: dict[str, Any]) -> None:
+        """Take a joint's dry friction where that is asked for, and note what stays out."""
+        friction = friction_of(joint) if self.friction else None
+        if friction is not None:
+            entry["friction"] = friction
+        elif joint.friction != 0.0:
+            self.robot.left_out.setdefault("friction", []).append(joint.name)
+
+    def make_bodies(self) -> None:
+        merged = [name for name in self.data["points"] if name in self.robot.links]
+        if merged:
+            one = len(merged) == 1
+            many = "1 link is merged into the body it is" if one else f"{len(merged)} links are merged into the bodies they are"
+            self.notes.append(f"{many} fixed to and kept as {'a point' if one else 'points'}: {listed(merged)}")
+        for body, parts in self.parts.items():
+            if body != BASE:
+                whole = combined(parts)
+                xx, yy, zz = np.diag(whole.about_center).tolist()
+                xy, xz, yz = (float(whole.about_center[row, column]) for row, column in ((0, 1), (0, 2), (1, 2)))
+                self.data["bodies"][body] = {
+                    "mass": whole.mass,
+                    "center_of_mass": whole.center.tolist(),
+                    "inertia": [xx, yy, zz, xy, xz, yz],
+                }
+
+
+def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
+    """Return how far a held joint has turned and shifted its child."""
+    axis = unit_axis(joint.axis) if value != 0.0 else None
+    if axis is None:
+        return np.eye(3), np.zeros(3)
+    return (about_axis(axis, value), np.zeros(3)) if joint.type == "revolute" else (np.eye(3), value * axis)

@@ -1,0 +1,347 @@
+"""The elements of a URDF that eomgen takes, links and joints, and a list of all that nothing was read of.
+
+The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Which attributes
+and elements are read is not listed anywhere: every element knows what of it was asked for, and what is left over is told.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
+from eomgen.scene.geometry.rotations import SNAP, Array, of_quaternion, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.xml import Element
+from eomgen.text import NAME_LENGTH, is_legal, nearest, shown
+
+JOINT_TYPES = {
+    "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
+    "planar": "planar",
+}  # fmt: skip
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
+#: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
+NEWEST, WITH_QUATERNIONS = 2, 1
+#: By how much the length of a quaternion may differ from 1: three digits of each number.
+_UNIT_LENGTH = 1e-3
+#: Numbers of the format that stay out with the limits they belong to; acceleration, deceleration and jerk are of version 1.2.
+_OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
+#: What is to be seen and touched, which has no part in the equations of motion.
+_GEOMETRY = ("visual", "collision", "material")
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link: its mass properties in its own frame."""
+
+    name: str
+    line: int
+    inertia: Inertia
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """What a joint follows, by the name in the file: q = multiplier q_leader + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+    line: int
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Range of a joint's coordinate, and its largest effort; zeros where nothing is said, as the format has it."""
+
+    lower: float
+    upper: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint: its type in eomgen's words, empty where there is none; placement of the child's frame in the parent's."""
+
+    name: str
+    line: int
+    type: str
+    parent: str
+    child: str
+    orientation: Array
+    position: Array
+    axis: tuple[float, ...]
+    damping: float
+    written_type: str
+    mimic: Mimic | None = None
+    limit: Limit | None = None
+    friction: float = 0.0
+
+
+#: What joints of some types have no use for.
+_WITHOUT_EFFECT = {"fixed": ("axis", "dynamics", "limit", "mimic"), "floating": ("axis",)}
+#: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
+NEARLY = 1e-3
+
+
+@dataclass
+class Robot:
+    """What a URDF holds, with legal and unique names; ``original`` maps them back to those in the file.
+
+    Attributes
+    ----------
+    minor : minor version of the format, which is 1.minor
+    snapped : joints whose placement became exact
+    nearly_right : those with an angle near a right one that did not, with that angle
+    left_out : what is known and not modelled, or elements that are not known, with the names of links and joints
+    unread : attributes, repeated elements and text that nothing was made of, with line and name of each link or joint
+    without_effect : joints that cannot use an element that they have, by its tag
+    geometry : how many elements of each kind there are
+    quaternions : links and joints whose origin has one
+    """
+
+    name: str
+    minor: int = 0
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    original: dict[str, str] = field(default_factory=dict)
+    snapped: list[str] = field(default_factory=list)
+    nearly_right: dict[str, str] = field(default_factory=dict)
+    left_out: dict[str, list[str]] = field(default_factory=dict)
+    unread: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
+    without_effect: dict[str, list[str]] = field(default_factory=dict)
+    geometry: dict[str, int] = field(default_factory=dict)
+    quaternions: list[tuple[int, str]] = field(default_factory=list)
+
+
+def read_robot(root: Element, report: Report) -> Robot:
+    """Return what a URDF holds; what is wrong goes to the report."""
+    if root.tag != "robot":
+        report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot'", "a URDF file")
+        report.raise_problems()
+    if any(element.tag.startswith("xacro:") for element in root.everything()):
+        report.add_at(root.line, "", "the file holds xacro macros", "xacro first, to make a URDF of it")
+        report.raise_problems()
+    return _Reader(report).robot(root)
+
+
+class _Reader:
+    def __init__(self, report: Report) -> None:
+        self.report = report
+        self.out = Robot("")
+        self.link_names: dict[str, str] = {}
+        self.joint_names: dict[str, str] = {}
+        self.used: dict[str, set[str]] = {"link": set(), "joint": set()}
+
+    def robot(self, root: Element) -> Robot:
+        self.out.name = _legal(root.get("name") or "robot", ())
+        self.out.minor = self.version(root)
+        links, joints = tuple(root.named("link")), tuple(root.named("joint"))
+        self.tell_left_over(root, "")
+        for element in links:
+            if name := self.name(element, "link", self.link_names):
+                self.out.links[name] = self.link(name, element)
+                self.tell_left_over(element, name)
+        for element in joints:
+            if name := self.name(element, "joint", self.joint_names):
+                self.out.joints[name] = self.joint(name, element)
+                self.tell_left_over(element, name)
+        return self.out
+
+    def version(self, root: Element) -> int:
+        """Return the minor version; a file that gives none is of version 1.0."""
+        written = root.get("version", "1.0")
+        version = _VERSION.fullmatch(written)
+        if version is None:
+            self.report.add_at(root.line, "", f"version: {shown(written)} is not a version of URDF", 'version="1.0"')
+        elif int(version[1]) != 1:
+            hint = f"a file of version 1.0 to 1.{NEWEST}"
+            self.report.add_at(root.line, "", f"version {shown(written)} of URDF is not known", hint)
+        return int(version[2] or 0) if version else 0
+
+    def name(self, element: Element, kind: str, taken: dict[str, str]) -> str:
+        """Return the legal name of a link or joint; empty where it cannot be taken."""
+        written = element.get("name")
+        if not written:
+            self.report.add_at(element.line, "", f"the {kind} has no name", f'<{kind} name="...">')
+        elif written in taken:
+            self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
+        else:
+            taken[written] = _legal(written, self.used[kind])
+            self.used[kind].add(taken[written])
+            if taken[written] != written:
+                self.out.original[taken[written]] = written
+            return taken[written]
+        return ""
+
+    def tell_left_over(self, element: Element, owner: str) -> None:
+        """Keep what of a link, a joint or the robot nothing was read; a unit is refused, for the format has SI units only."""
+        for kind in _GEOMETRY:
+            self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
+        for attribute in element.unread_attributes:
+            if attribute in ("unit", "units"):
+                what = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only"
+                self.report.add_at(element.line, "", what, f"the value in SI units, without {attribute}")
+                continue
+            meant = nearest(attribute, element.asked)
+            meant = "" if meant.startswith("one of ") or not meant else f" (is {meant} meant?)"
+            self.leave_unread(f"the attribute {shown(attribute)} of <{element.tag}>{meant}", element, owner)
+        if element.has_text:
+            self.leave_unread(f"the text in <{element.tag}>", element, owner)
+        read = {child.tag for child in element.read_children}
+        for child in element.unread_children:
+            if child.tag in read:
+                self.leave_unread(f"a second <{child.tag}>", child, owner)
+            else:
+                self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
+        for child in element.read_children:
+            if child.tag not in ("link", "joint", *_GEOMETRY):
+                self.tell_left_over(child, owner)
+
+    def leave_unread(self, what: str, element: Element, owner: str) -> None:
+        self.out.unread.setdefault(what, []).append((element.line, owner))
+
+    def numbers(self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Return as many finite numbers as the default has."""
+        if element is None or not element.has(attribute):
+            return default
+        written = element.get(attribute)
+        words = written.split()
+        if len(words) != len(default) or not all(_NUMBER.fullmatch(word) for word in words):
+            count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
+            self.report.add_at(element.line, key, f"{attribute}: {count} needed here, not {shown(written)}", "")
+            return default
+        values = tuple(float(word) for word in words)
+        if not all(math.isfinite(value) for value in values):
+            self.report.add_at(element.line, key, f"{attribute}: {shown(written)} is too large", "")
+            return default
+        return values
+
+    def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
+        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not exact."""
+        origin = element.first("origin")
+        roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        quaternion = self.quaternion(origin, key, name)
+        exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
+        orientation = snapped_rotation(exact)
+        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
+        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < _off_right(angle) <= NEARLY), None)
+        made_exact = bool(np.any((orientation != exact) & np.isin(orientation, (-1.0, 0.0, 1.0))))
+        return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
+
+    def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
+        """Return the matrix of an origin's ``quat_xyzw``; None where it has none."""
+        if origin is None or not origin.has("quat_xyzw"):
+            return None
+        if origin.has("rpy"):
+            what = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned"
+            self.report.add_at(origin.line, key, what, "one of them")
+        x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
+        length = math.hypot(x, y, z, w)
+        if not abs(length - 1.0) <= _UNIT_LENGTH:
+            what = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
+            self.report.add_at(origin.line, key, what, "x, y, z and w of a unit quaternion")
+            return None
+        self.out.quaternions.append((origin.line, name))
+        return of_quaternion(w / length, x / length, y / length, z / length)
+
+    def link(self, name: str, element: Element) -> Link:
+        key = f"links.{name}"
+        inertial = element.first("inertial")
+        if inertial is None:
+            return Link(name, element.line, NOTHING)
+        (mass,) = self.required(inertial, "mass", ("value",), key)
+        entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
+        orientation, center, _, _ = self.placement(inertial, key, name)
+        return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
+
+    def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
+        """Return numbers that mass properties need; zeros where they are not there, which the report says."""
+        element = inertial.first(tag)
+        if element is None:
+            self.report.add_at(inertial.line, key, f"<inertial> has no <{tag}>", f"<{tag} .../> or no <inertial>")
+            return [0.0] * len(attributes)
+        for missing in [attribute for attribute in attributes if not element.has(attribute)]:
+            self.report.add_at(element.line, key, f"<{tag}> has no {missing}", f'<{tag} {missing}="...">')
+        return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
+
+    def joint(self, name: str, element: Element) -> Joint:
+        key = f"joints.{name}"
+        written = element.get("type")
+        if written not in JOINT_TYPES:
+            self.report.add_at(element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES))
+        orientation, position, was_snapped, nearly = self.placement(element, key, name)
+        if nearly:
+            self.out.nearly_right[name] = nearly
+        elif was_snapped:
+            self.out.snapped.append(name)
+        for tag in _WITHOUT_EFFECT.get(written, ()):
+            if element.first(tag) is not None:
+                self.out.without_effect.setdefault(tag, []).append(name)
+        dynamics = element.first("dynamics")
+        (damping,) = self.numbers(dynamics, "damping", key, (0.0,))
+        (friction,) = self.numbers(dynamics, "friction", key, (0.0,))
+        return Joint(
+            name=name,
+            line=element.line,
+            type=JOINT_TYPES.get(written, ""),
+            parent=self.end(element, "parent", key),
+            child=self.end(element, "child", key),
+            orientation=orientation,
+            position=position,
+            axis=self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0)),
+            damping=damping,
+            written_type=written,
+            mimic=self.mimic(element, key),
+            limit=self.limit(element, key),
+            friction=friction,
+        )
+
+    def mimic(self, element: Element, key: str) -> Mimic | None:
+        found = element.first("mimic")
+        if found is None:
+            return None
+        (multiplier,) = self.numbers(found, "multiplier", key, (1.0,))
+        (offset,) = self.numbers(found, "offset", key, (0.0,))
+        return Mimic(found.get("joint"), multiplier, offset, found.line)
+
+    def limit(self, element: Element, key: str) -> Limit | None:
+        found = element.first("limit")
+        if found is None:
+            return None
+        for name in _OTHER_LIMITS:
+            found.get(name)
+        lower, upper, effort = (self.numbers(found, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
+        return Limit(lower, upper, effort)
+
+    def end(self, element: Element, tag: str, key: str) -> str:
+        """Return the name of a joint's parent or child link; empty where there is none."""
+        end = element.first(tag)
+        written = end.get("link") if end else ""
+        if not written:
+            self.report.add_at(element.line, key, f"the joint has no <{tag} link=...>", "")
+        elif written not in self.link_names:
+            self.report.add_at(
+                end.line if end else element.line, key, f"there is no link {shown(written)}", nearest(written, self.link_names)
+            )
+        return self.link_names.get(written, "")
+
+
+def _off_right(angle: float) -> float:
+    """Return how far an angle is from the nearest right or straight one; 0 for those nearest to zero, which round nothing."""
+    quarters = round(angle / (0.5 * math.pi))
+    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
+
+
+def _legal(name: str, taken: Collection[str]) -> str:
+    """Return a legal name close to ``name`` that is not taken."""
+    legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
+    legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"
+    result, number = legal, 2
+    while result in taken:
+        result, number = f"{legal[: NAME_LENGTH - 5]}_{number}", number + 1
+    return result

@@ -1,0 +1,105 @@
+"""What is said of a URDF that was taken over: what was changed, what is doubtful, and what is not modelled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+from eomgen.scene.geometry.inertia import impossible
+from eomgen.scene.sources.urdf.elements import NEWEST, WITH_QUATERNIONS, Robot
+from eomgen.text import listed, shown
+
+_MEANING = {
+    "limit": "limits of position, velocity and effort",
+    "friction": "dry friction",
+    "safety_controller": "safety controllers",
+    "calibration": "calibration",
+    "transmission": "transmissions",
+    "gazebo": "settings of Gazebo",
+}
+#: Elements that are left out of joints that move, and mean nothing for those that are held.
+_OF_MOVING_JOINTS = ("safety_controller", "calibration")
+
+
+def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
+    """Return what has no part in the motion, which is no reason to refuse a file; ``still`` are joints that are held."""
+    notes = []
+    counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
+    if counts:
+        notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)}")
+    idle = dict(robot.without_effect)
+    for tag in _OF_MOVING_JOINTS:
+        if names := [name for name in robot.left_out.get(tag, ()) if name in still]:
+            idle[tag] = names
+    if idle:
+        named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]
+        notes.append(f"without effect on the joints that have it: {', '.join(named)}")
+    return notes
+
+
+def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
+    """Return what was locked, renamed, and made exact or not."""
+    notes = []
+    if locked:
+        notes.append(f"joints locked at zero: {listed(sorted(locked))}")
+    if robot.original:
+        pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
+        notes.append(f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}")
+    if robot.snapped:
+        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
+    if robot.nearly_right:
+        angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
+        more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
+        notes.append(
+            f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
+            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
+        )
+    return notes
+
+
+def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    """Return what became of the joints that mimic others."""
+    resting = [name for name in held if name not in locked and robot.joints[name].type != "fixed"]
+    notes = []
+    if resting:
+        notes.append(f"joints held where those that they mimic are held: {listed(resting)}")
+    if leaders:
+        pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
+        more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
+        notes.append(f"joints that mimic others are no coordinates of their own: {', '.join(pairs)}{more}")
+    return notes
+
+
+def _joints(names: Sequence[str]) -> str:
+    return f"the joint{'s' * (len(names) != 1)} {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
+
+
+def doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
+    """Return the line and the fault of each link that no body can be."""
+    found = []
+    for link in robot.links.values():
+        fault = impossible(float(link.inertia.mass), link.inertia.about_center)
+        if fault:
+            found.append((link.line, f"link {link.name}: {fault}"))
+    return found
+
+
+def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
+    """Return one note for each kind of thing that is not modelled or not read; ``still`` are joints that are held."""
+    found = []
+    for what, places in robot.unread.items():
+        owners = [name for name in dict.fromkeys(name for _, name in places) if name]
+        found.append((places[0][0], f"not read: {what} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+    if robot.minor > NEWEST:
+        found.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
+    if robot.quaternions and robot.minor < WITH_QUATERNIONS:
+        what = f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version 1.{robot.minor}"
+        names = [name for _, name in robot.quaternions]
+        found.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
+    for tag, names in robot.left_out.items():
+        concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
+        if concerned:
+            meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
+            named = [name for name in dict.fromkeys(concerned) if name]
+            found.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
+    return found

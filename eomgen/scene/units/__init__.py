@@ -1,0 +1,1 @@
+"""Units: table, parser, conversion to SI, labels."""

@@ -1,0 +1,134 @@
+"""Quantities brought to SI, and their dimensions in words; the only module that imports pint.
+
+A number stays an exact fraction until the last step, so ``"35 mm"`` is the same double as 0.035.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import pint
+from pint.util import UnitsContainer
+
+from eomgen.scene.units.parser import Factors, Quantity, UnitError, read_unit
+from eomgen.scene.units.table import NAMED, PREFIXES, UNITS, names
+from eomgen.text import shown
+
+Dimension = Mapping[str, int]
+_ANGLE = "[angle]"
+
+
+@cache
+def _registry() -> Any:
+    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction)
+    for short, long, factor in PREFIXES:
+        registry.define(f"{long}- = {factor} = {short}-")
+    for unit in UNITS:
+        registry.define(f"{unit.words.split()[0]} = {unit.definition}")
+    return registry
+
+
+@cache
+def measure(factors: Factors) -> tuple[Fraction, Dimension]:
+    """Return a unit's size, the coherent unit of SI being 1, and the exponents of its dimension.
+
+    Angles are a dimension, which radians measure.
+    """
+    powers: dict[str, int] = {}
+    for name, exponent in factors:
+        word = names()[name].pint
+        powers[word] = powers.get(word, 0) + exponent
+    size, base = _registry().get_root_units(UnitsContainer({name: power for name, power in powers.items() if power}))
+    dimension = {name: int(power) for name, power in _registry().get_dimensionality(base).items()}
+    grams = Fraction(1000) ** dimension.get("[mass]", 0)
+    return Fraction(size) / grams, dimension
+
+
+def to_unit(quantity: Quantity, unit: str) -> float:
+    """Return the number of a quantity in a unit.
+
+    Parameters
+    ----------
+    unit : str
+        Where it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N m/rad.
+
+    Raises
+    ------
+    UnitError
+        If the dimension is another one, or the number too large.
+    """
+    size, dimension = measure(quantity.factors)
+    wanted_size, wanted = measure(read_unit(unit))
+    if not _matches(dimension, wanted):
+        what = f"{shown(quantity.text)} is {_words(quantity.factors)}, {NAMED.get(unit, 'a quantity')} in {unit} is expected"
+        raise UnitError(what, _hint(quantity, wanted, unit, _finite(quantity, quantity.number * size)))
+    return _finite(quantity, quantity.number * size / wanted_size)
+
+
+def to_si(quantity: Quantity) -> tuple[float, str]:
+    """Return the number of a quantity in SI, and the unit. Raises UnitError."""
+    size, _ = measure(quantity.factors)
+    return _finite(quantity, quantity.number * size), coherent(quantity.factors)
+
+
+def is_coherent(factors: Factors, quantity: Quantity) -> bool:
+    """Tell whether a unit is that of SI for a quantity."""
+    size, dimension = measure(factors)
+    return size == 1 and dimension == measure(quantity.factors)[1]
+
+
+def coherent(factors: Factors) -> str:
+    """Return the unit of SI of the same kind: m for mm, rad/s for rpm, N/m for kN/m."""
+    powers: dict[str, int] = {}
+    for name, exponent in factors:
+        for part, power in read_unit(names()[name].coherent):
+            powers[part] = powers.get(part, 0) + exponent * power
+    above = _product((name, power) for name, power in powers.items() if power > 0)
+    below = [(name, -power) for name, power in powers.items() if power < 0]
+    if not below:
+        return above
+    divisor = _product(below)
+    return f"{above or '1'}/{f'({divisor})' if len(below) > 1 else divisor}"
+
+
+def _product(powers: Iterable[tuple[str, int]]) -> str:
+    return " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers)
+
+
+def _matches(dimension: Dimension, wanted: Dimension) -> bool:
+    if dimension == wanted:
+        return True
+    without_angle = {name: power for name, power in wanted.items() if name != _ANGLE}
+    return wanted.get(_ANGLE, 0) < 0 and dimension == without_angle
+
+
+def _words(factors: Factors) -> str:
+    unit = coherent(factors)
+    if unit in NAMED:
+        return NAMED[unit]
+    dimension = measure(factors)[1]
+    if not dimension:
+        return "a plain number"
+    return next((words for known, words in NAMED.items() if measure(read_unit(known))[1] == dimension), f"in {unit}")
+
+
+def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float) -> str:
+    dimension = measure(quantity.factors)[1]
+    if wanted == {_ANGLE: 1, "[time]": -1} and dimension == {"[time]": -1}:
+        return f'"{60 * value:.6g} rpm" where a cycle is a turn, or "{value:.6g} rad/s"'
+    if wanted == {"[time]": 1} and dimension == {"[time]": -1}:
+        period = f'the period, "{1 / value:.6g} s", or ' if value > 0 else ""
+        return f"a time in s: {period}1 / (2 pi f) where f is the corner frequency of a filter"
+    if wanted == {"[length]": 1, "[time]": -2} and quantity.factors == (("g", 1),):
+        return f'g is the gram: "{float(quantity.number):.6g} g0", g0 being 9.80665 m/s^2'
+    return f'"{value:.6g} {unit}"'
+
+
+def _finite(quantity: Quantity, value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnitError(f"{shown(quantity.text)} is beyond what a computer holds in SI", "a number below 1e300") from None

@@ -1,0 +1,87 @@
+"""Sines and cosines, in formulas and of joints' angles, of arguments beyond the range of compiled code: they are NaN there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.codegen.metadata import LARGEST_ANGLE
+from eomgen.errors import Problem, UsageError
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.scene.formulas_of_forces import formulas_of_forces
+from eomgen.scene.scene import Scene
+
+Array = NDArray[np.float64]
+Values = Mapping[tuple[str, str, int], float]
+#: Why there is no value, and what to try.
+REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"
+HINT = "an origin of time near the run, with the phase there in the formula"
+
+
+def large_angles(scene: Scene, values: Values, given: Collection[str] = ()) -> str:
+    """Return which sines and cosines formulas take of arguments that are too large; empty where none is known to be.
+
+    Parameters
+    ----------
+    values : numbers by kind, name and index of a symbol; arguments that need others are left out
+    given : inputs whose formulas are replaced
+    """
+
+    def value_of(symbol: Symbol) -> float:
+        try:
+            return values[symbol.kind, symbol.name, symbol.index]
+        except KeyError:
+            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
+
+    t = values["time", "", 0]
+    found: dict[str, None] = {}
+    for item in scene.inputs:
+        if item.name in given:
+            continue
+        beyond = [w * t for _, w, _ in item.harmonics if abs(w * t) > LARGEST_ANGLE]
+        found |= dict.fromkeys(f"cos({angle:.6g}) in the input {item.name}" for angle in beyond[:1])
+        if item.formula is not None:
+            found |= dict.fromkeys(f"{taken} in the input {item.name}" for taken in _too_large(item.formula, value_of))
+    formulas = [formula for formula, _ in formulas_of_forces(scene)] + [part for item in scene.outputs for part in item.values]
+    for formula in formulas:
+        found |= dict.fromkeys(_too_large(formula, value_of))
+    return " and ".join(list(found)[:3])
+
+
+def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    """Yield the sines and cosines of too large arguments in a formula, those that a ``select`` leaves aside excepted."""
+    if isinstance(formula, Application):
+        yield from _too_large(formula.argument, value_of)
+    if not isinstance(formula, Operation):
+        return
+    parts = formula.arguments
+    try:
+        if formula.name == "select":
+            condition, then, otherwise = parts
+            parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
+        elif formula.name in ("sin", "cos") and abs(angle := evaluate(parts[0], value_of)) > LARGEST_ANGLE:
+            yield f"{formula.name}({angle:.6g})"
+    except ArithmeticError:
+        pass
+    for part in parts:
+        yield from _too_large(part, value_of)
+
+
+def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
+    """Return which joints' angles are too large for their sines; empty where none is."""
+    found = [
+        f"{name} is {value:.6g} rad" for name, unit, value in zip(names, units, q, strict=True)
+        if unit == "rad" and abs(value) > LARGEST_ANGLE
+    ]  # fmt: skip
+    return " and ".join(found[:3])
+
+
+def check_angles(scene: Scene, parameters: Mapping[str, float], given: Collection[str], start: float, end: float) -> None:
+    """Raise UsageError where formulas of time take sines of too large arguments at the start or at the end (s) of a run."""
+    fixed = {("parameter", item.name, 0): parameters.get(item.name, item.value) for item in scene.parameters}
+    for key, t in (("t_start", start), ("t_end", end)):
+        if found := large_angles(scene, {**fixed, ("time", "", 0): t}, given):
+            raise UsageError(Problem(key, f"{found} would be taken at t = {t:.9g} s; {REASON}", HINT))

@@ -1,0 +1,129 @@
+"""Checkpoints: the whole memory of a stepper on disk, from which a run goes on with the bits that it would have had.
+
+State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the factors
+and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one compiled library.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import eomgen
+from eomgen.errors import FileError, ModelError, Problem
+from eomgen.files import read_arrays, write_arrays
+from eomgen.simulation.stepper import Stepper
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+FORMAT = 1
+_KIND = "checkpoint"
+#: Seconds of computing between two checkpoints where the caller does not say how many steps.
+SECONDS_BETWEEN = 60.0
+_NEEDED = {
+    "scene": str, "method": str, "method_parameters": dict, "settings": dict, "parameters": dict, "record_every": int,
+    "t_start": float, "t_end": float, "inputs": dict, "fingerprint": str, "build": str,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run at the end of one of its steps.
+
+    Attributes
+    ----------
+    run : JSON data: scene, method and its parameters, settings, tunable parameters, record_every, t_start and t_end in s, kinds
+        of the inputs given by the caller (``number``, ``table`` or ``function``), fingerprint and build of the library
+    state, workspace : the stepper's memory, as doubles and as bytes
+    inputs : values of the inputs that are numbers or tables
+    t, q, v, z : what the state says, for readers who want to start anew from there
+    """
+
+    run: Mapping[str, Any]
+    state: Array
+    workspace: NDArray[np.uint8]
+    inputs: Mapping[str, Array]
+    start: Mapping[str, Array] = field(default_factory=dict)
+
+    def save(self, path: Path) -> None:
+        """Write the file beside and rename it into place. Raises FileError."""
+        arrays: dict[str, Any] = {"state": self.state, "workspace": self.workspace}
+        arrays |= {f"input.{name}": value for name, value in self.inputs.items()}
+        arrays |= {f"start.{name}": value for name, value in self.start.items()}
+        write_arrays(path, arrays, {"kind": _KIND, "format": FORMAT, "version": eomgen.__version__, **self.run})
+
+    @classmethod
+    def load(cls, path: Path) -> Checkpoint:
+        """Read a checkpoint. Raises FileError for anything else."""
+        arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
+        if run.pop("kind", None) != _KIND:
+            raise FileError(Problem(str(path), f"this is not a {_KIND} written by eomgen", "a file of simulate(checkpoint=...)"))
+        if run["format"] != FORMAT:
+            what = f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads {FORMAT}"
+            raise FileError(Problem(str(path), what, "the eomgen that wrote it"))
+        wrong = [name for name, kind in _NEEDED.items() if not isinstance(run.get(name), kind)]
+        if wrong or not {"state", "workspace"} <= set(arrays):
+            what = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing"
+            raise FileError(Problem(str(path), what, "another checkpoint"))
+        groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
+        for name, array in arrays.items():
+            group, _, member = name.partition(".")
+            if member:
+                groups.setdefault(group, {})[member] = array
+        workspace: NDArray[np.uint8] = np.asarray(arrays["workspace"], dtype=np.uint8)
+        return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
+
+    def check(self, path: Path, scene: str, library: Library) -> None:
+        """Raise ModelError where the checkpoint belongs to another model or to another compilation of it."""
+        hint = f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and start.v"
+        if self.run["scene"] != scene:
+            what = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
+            raise ModelError(Problem(str(path), what, hint))
+        if self.run["fingerprint"] != library.fingerprint:
+            what = f"this checkpoint was written by another model {scene!r}: the scene, its terms or its C code changed"
+            raise ModelError(Problem(str(path), what, hint))
+        if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
+            what = f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ"
+            raise ModelError(Problem(str(path), what, "the compiler, flags and machine of the first part; " + hint))
+
+
+class Keeper:
+    """Writes checkpoints of a run when they are due.
+
+    Parameters
+    ----------
+    path : Path
+    every : int or None
+        Steps between two, or one a minute.
+    describe : callable
+        From the stepper to a Checkpoint.
+    """
+
+    def __init__(self, path: Path, every: int | None, describe: Callable[[Stepper], Checkpoint]) -> None:
+        self.path, self.every, self._describe = path, every, describe
+        self.problem = ""
+        self._last, self._when = -1, time.monotonic()
+
+    def room(self, done: int) -> int | None:
+        """Return how many steps there are to the next checkpoint, where steps are counted."""
+        return None if self.every is None else self.every - done % self.every
+
+    def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None:
+        """Write a checkpoint if one is due. A disk that fails in the middle of a run does not end the run."""
+        due = time.monotonic() - self._when >= SECONDS_BETWEEN if self.every is None else done % self.every == 0
+        if done != self._last and (due or final):
+            try:
+                self.write(stepper, done)
+            except FileError as error:
+                self.problem = f"; no checkpoint was written after {max(self._last, 0)} steps: {error.problems[0]}"
+
+    def write(self, stepper: Stepper, done: int) -> None:
+        """Write a checkpoint. Raises FileError."""
+        self._describe(stepper).save(self.path)
+        self._last, self._when, self.problem = done, time.monotonic(), ""

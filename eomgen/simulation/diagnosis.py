@@ -1,0 +1,207 @@
+"""Why a run stopped, or came to an end that is none: what left the finite numbers first, what speaks against it, what to try."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha, Method
+from eomgen.lie import product
+from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
+from eomgen.simulation.curve_range import left_curves
+from eomgen.simulation.energy_balance import SAID, Balance
+from eomgen.simulation.growth import Growth
+from eomgen.simulation.open_constraints import FAILED, Opened
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+    from eomgen.simulation.inputs import InputSignals
+
+Array = NDArray[np.float64]
+
+#: Part of the multipliers that rounding may make.
+ROUNDED = 0.01
+#: Largest turn of a joint within a step that steppers count, rad.
+COUNTED = 0.9 * 2.0 * np.pi
+
+_ORDER = (
+    ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
+    ("force", "Q (the generalized force)"), ("internal_rate", "zdot (the rates of the internal states)"),
+    ("forward_dynamics", "vdot (the acceleration)"),
+)  # fmt: skip
+
+
+def first_non_finite(
+    model: Model, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
+) -> tuple[str, bool, tuple[str, str]]:
+    """Return the first block that is not finite, whether it is so at the last good state or only where the next step leads, and
+    the cause that formulas and angles show there, with what to try.
+
+    ``state`` is (q, v, a, z).
+
+    The texts are empty where all blocks are finite, or no cause is known.
+    """
+    q, v, a, z = state
+    a = np.where(np.isfinite(a), a, 0.0)
+    with np.errstate(all="ignore"):
+        for ahead in (False, True):
+            if ahead:
+                u, known = signals.rows(np.array([t]))[0], "internal_rate" in model.functions
+                rate = model.internal_rates(q, v, z, t, u, parameters=p) if known else np.zeros_like(z)
+                q, v, z = product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a, z + step * rate
+            time = t + step if ahead else t
+            block = _at(model, time, q, v, z, p, signals)
+            if block:
+                values = _values(model, time, q, v, z, p, signals)
+                return f"{block} at t = {time:.9g} s", not ahead, _cause(model, q, values)
+    return "", False, ("", "")
+
+
+def _cause(model: Model, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
+    """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
+    if left := left_curves(model.scene, values):
+        return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    if taken := large_angles(model.scene, values):
+        return f", where formulas take {taken}: {REASON}", HINT
+    if angles := large_joint_angles(model.q_names, model.q_units, q):
+        return f", where {angles}: {REASON}", "smaller initial angles and velocities, or a shorter run"
+    return "", ""
+
+
+def _values(
+    model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
+) -> dict[tuple[str, str, int], float]:
+    """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
+    values = {("time", "", 0): t}
+    values |= {("parameter", item.name, 0): item.value for item in model.scene.parameters}
+    values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
+    for factor in model.factors:
+        values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
+        values |= {("v", factor.name, index): float(value) for index, value in enumerate(v[factor.v])}
+    for number, label in enumerate(model.angles, model.nq - len(model.angles)):
+        joint, _, index = label.partition(".angle")
+        values["q", joint, int(index.strip("[]") or 0)] = float(q[number])
+    values |= {("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)}
+    try:
+        u = signals.rows(np.array([t]))[0]
+    except UsageError:
+        return values
+    return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
+
+
+def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
+    if not np.all(np.isfinite(q)):
+        return "q (the configuration)"
+    if not np.all(np.isfinite(v)):
+        return "v (the velocity)"
+    if not np.all(np.isfinite(z)):
+        return "z (the internal states)"
+    if not np.all(np.isfinite(model.base(t, parameters=p))):
+        return "the motion of the base"
+    try:
+        u = signals.rows(np.array([t]))[0]
+    except UsageError as error:
+        return str(error.problems[0])
+    if not np.all(np.isfinite(u)):
+        return f"the input {model.inputs[int(np.argmin(np.isfinite(u)))]}"
+    calls: dict[str, Callable[[], Array]] = {
+        "mass": lambda: model.mass(q, parameters=p),
+        "coupling": lambda: model.coupling(q, v, parameters=p),
+        "base_motion": lambda: model.base_motion(q, v, t, parameters=p),
+        "force": lambda: model.force(q, v, t, u, z=z, parameters=p),
+        "internal_rate": lambda: model.internal_rates(q, v, z, t, u, parameters=p),
+        "forward_dynamics": lambda: model.forward_dynamics(q, v, t, u, z=z, parameters=p),
+    }
+    for term, label in _ORDER:
+        if term in model.functions:
+            value = calls[term]()
+            if not np.all(np.isfinite(value)):
+                place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
+                names = [item["name"] for item in model.library.layout["states"]] if term == "internal_rate" else model.v_names
+                return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
+    return ""
+
+
+def doubts(
+    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str, opened: Opened | None = None
+) -> str:  # fmt: skip
+    """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
+
+    ``cause`` looks for a cause other than too large a step, asked only where there are doubts; its text says what to try.
+    """
+    found = []
+    halvings = int(statistics.get("halvings", 0))
+    if halvings:
+        found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
+    if balance.error is not None and balance.error > SAID:
+        found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
+    if opened is not None:
+        found.append(opened.what)
+    rounding, coarser = statistics.get("max_rounding", 0.0), ""
+    if rounding > ROUNDED:
+        found.append(f"rounding makes up to {100.0 * rounding:.2g} % of the multipliers, by the square of the step")
+        coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
+    return f"{', and '.join(found)}; {coarser or cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
+
+
+def failure(
+    growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, opened: Opened | None = None
+) -> str:  # fmt: skip
+    """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be one.
+
+    Parameters
+    ----------
+    growth : what grows by the method alone
+    balance, energy : of the recorded rows
+    opened : the constraint that is kept least
+    """
+    if growth is not None:
+        totals = energy.get("total", np.zeros(0))
+        energies = f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J" if len(totals) > 1 else ""
+        step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
+        hint = f"{step}, or {_more_stable(method)}"
+        return f"the method is unstable at this step: {growth}{energies}; try: {hint}"
+    if balance.infinite is not None:
+        what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
+        return f"{what}; try: other initial velocities, forces or units"
+    if opened is not None and opened.share > FAILED:
+        return f"{opened.what}, so this is no motion of the machine; try: a smaller step, or rk4_partitioned"
+    return ""
+
+
+def _more_stable(method: Method) -> str:
+    if not isinstance(method, GeneralizedAlpha) or (method.case is not None and not method.case.unconditionally_stable):
+        return "generalized_alpha, which is stable at larger ones"
+    return "a smaller rho_inf" if method.parameters.get("rho_inf", 0) > 0 else "another method"
+
+
+def fast_joint(model: Model, t: float, q: Array, v: Array, p: Array, step: float) -> str:
+    """Return which joint turns too far within a step for its turns to be counted, empty where none does."""
+    if not model.angles:
+        return ""
+    turns = step * np.abs(model._terms.angle_motion(q, v, t, p)[1])
+    k = int(np.argmax(turns))
+    return f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
+
+
+def advice(status_text: str, settings: Mapping[str, float]) -> str:
+    """Return what to try after a status of the stepper."""
+    smaller = f"a step smaller than {settings['step']:.3g} s"
+    if "stiff" in status_text:
+        return "generalized_alpha, a larger tolerance, or shorter rows"
+    if settings.get("tolerance", 0.0) > 0.0:  # its steps are its own
+        return "the forces and formulas near that time, or another method"
+    if "singular" in status_text:
+        return "the inertia of the bodies and, near special configurations, other initial angles"
+    if "finite" in status_text or "not a number" in status_text:
+        return f"{smaller}; then the forces and formulas near that time"
+    if any(words in status_text for words in ("highest frequency", "turns by more than", "disagrees")):
+        return smaller
+    if "converge" in status_text:
+        return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller
+    return "the settings and inputs of the run"

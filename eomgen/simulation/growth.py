@@ -1,0 +1,248 @@
+"""Whether the motion of a run grows by its own equations, or because the method is unstable.
+
+Every step of two windows at the end of a run is kept, and of one in its middle. Where a velocity and its acceleration have grown
+much from window to window, the last window is taken again in smaller steps, from the state in which it began. Steps that follow
+the equations agree on how large the motion becomes, whatever it does: a pendulum that falls, negative damping, a controller that
+diverges. An explicit method beyond its limit of stability grows otherwise, or not at all, in smaller steps. What is compared are
+sizes and not states, so a phase that lags is no matter; and nothing of it needs energies, or rows that were recorded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.integrators.families.taylor import Taylor
+from eomgen.simulation.run import Run
+from eomgen.simulation.stepper import WINDOW, Stepper, Trajectory
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+Components = NDArray[np.intp]
+
+#: Growth from one window to the next, and from the middle window to the last one, from which on it is looked into.
+_SUDDEN, _SLOW = 10.0, 1e3
+#: Into how many smaller steps each step is cut, one after the other, to see sudden and slow growth again.
+_FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
+#: Most steps that slow growth, or the growth before a run stops, is followed over again.
+_LONGEST = 4096
+#: Velocities below this part of the largest of their unit, and travels below this part of the coordinates, are rounding.
+_ROUNDING = 1e-6
+_REST = 1e-12
+#: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
+_BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
+#: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they are not.
+_EQUAL, _UNEQUAL = 0.1, 0.5
+_LARGEST = 1e300
+
+
+class Growth(NamedTuple):
+    """A component of v, or an internal state, that has grown.
+
+    Attributes
+    ----------
+    name, unit : of the component
+    start, end : s
+    before, after : sizes at start and end
+    finer : s, the smaller steps in which the motion was looked at again
+    finer_after : size at the end in these; infinite where they lead beyond the finite numbers
+    """
+
+    name: str
+    unit: str
+    start: float
+    end: float
+    before: float
+    after: float
+    finer: float
+    finer_after: float
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        times = f"between t = {self.start:.6g} and {self.end:.6g} s"
+        grown = f"{self.name} grows from {self.before:.3g} to {self.after:.3g}{unit} {times}"
+        if not math.isfinite(self.finer_after):
+            return f"{grown}, and beyond the finite numbers in steps of {self.finer:.3g} s"
+        return f"{grown}, and to {self.finer_after:.3g}{unit} in steps of {self.finer:.3g} s"
+
+
+def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
+    """Return what grows by the method alone at the end of a run; None where nothing grows, or by its own equations.
+
+    Steps that are chosen by their errors are not looked at.
+    """
+    end = trajectory.end
+    if (isinstance(run.method, Taylor) and run.settings["tolerance"] > 0.0) or end is None or len(end) < 2:
+        return None
+    half = (len(end) - 1) // 2
+    before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle
+    late = _sizes(run, after[1:])
+    growth = _growth(_sizes(run, before), late)
+    sudden = _grown(run, growth, late[0], _SUDDEN)
+    if len(sudden):
+        return _by_method(run, library, after, before, sudden, _FINER)
+    if middle is None:
+        return None
+    growth = _growth(_sizes(run, middle), late)
+    slow = _grown(run, growth, late[0], _SLOW)
+    if not len(slow):
+        return None
+    steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
+    rate = math.log(np.minimum(growth[slow], _LARGEST).max()) / steps
+    again = _again(run, library, middle[0], min(math.ceil(4.0 / rate), steps, _LONGEST), 1)
+    if again is None or len(again) < 2 * WINDOW:
+        return None
+    return _by_method(run, library, np.concatenate([middle[:1], again]), middle, slow, _FINER_OF_SLOW)
+
+
+def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
+    """Return what grew, by the equations of motion, shortly before a run stopped; None where it is not known to have.
+
+    Steps that go wrong near an infinity grow too: so sizes are looked at that are smaller and smaller than the last one.
+
+    Parameters
+    ----------
+    rows : (n, width)
+        The recorded rows, the last of which is the last good state.
+    """
+    rows = rows[-_LONGEST:]
+    sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
+    with np.errstate(divide="ignore", invalid="ignore"):  # the largest so far: what passes through zero does not grow after it
+        behind = sizes[-1] / np.maximum.accumulate(sizes)
+    component = int(np.argmax(np.nan_to_num(behind[0], posinf=0.0)))
+    step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
+    for least in _BEHIND:
+        late, early = (np.flatnonzero(behind[:, component] >= factor) for factor in (least, _SUDDEN * least))
+        if not len(late) or not len(early) or late[-1] < len(rows) - near:
+            return None
+        first, last = rows[early[-1]], rows[late[-1]]
+        steps = round((last[0] - first[0]) / step)
+        if not 0 < steps <= _LONGEST:
+            return None
+        before, after = sizes[early[-1], component], sizes[late[-1], component]
+        again = [_again(run, library, first, steps, parts) for parts in _FINER_OF_SLOW]
+        finer = [math.inf if found is None else float(_sizes(run, found[-1:])[0][component]) for found in again]
+        if all(size > 0.0 and abs(math.log(size / after)) < _EQUAL * math.log(after / before) for size in finer):
+            return _described(run, (first[0], last[0]), component, before, after, step / _FINER_OF_SLOW[-1], finer[-1])
+    return None
+
+
+def at_rest(run: Run, rows: Array) -> bool:
+    """Return whether nothing moves in rows (n, width) but by the rounding of coordinates."""
+    return not np.any(_moved(run, rows, _REST)[: run.model.nv])
+
+
+def _by_method(
+    run: Run, library: Library, window: Array, before: Array, components: Components, finer: Sequence[int]
+) -> Growth | None:
+    """Return the component that smaller steps from the first row of a window leave much smaller; None where there is none.
+
+    Also where smaller and smaller steps never agree on how large one becomes, that one.
+
+    Parameters
+    ----------
+    window : (steps + 1, width)
+    before : (n, width) rows with which the growth is counted
+    components : of v and z, those that have grown
+    """
+    steps, step = len(window) - 1, run.settings["step"]
+    tail, times = min(steps, WINDOW), (window[0, 0], window[-1, 0])
+    small, large = (_sizes(run, rows)[0][components] for rows in (before, window[-tail:]))
+    found = np.full(len(components), math.inf)
+    settled = np.zeros(len(components), dtype=int)
+    moved = _moved(run, window, _ROUNDING)[components]
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        growth = np.log(np.minimum(large / small, _LARGEST))
+        for parts in finer:
+            coarser, again = found, _again(run, library, window[0], steps, parts)
+            found = np.full(len(components), math.inf) if again is None else _sizes(run, again[-tail:])[0][components]
+            excess = np.log(large / found)
+            worst = np.flatnonzero((excess > _UNEQUAL * growth) & moved)
+            if len(worst):
+                one = worst[np.argmax(excess[worst])]
+                return _described(run, times, components[one], small[one], large[one], step / parts, found[one])
+            settled = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, settled + 1, 0)
+            if np.all(((settled > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
+                return None
+    left = np.flatnonzero((settled == 0) & moved)
+    if finer is _FINER_OF_SLOW or not len(left):
+        return None
+    one = left[np.argmax(growth[left])]
+    return _described(run, times, components[one], small[one], large[one], step / finer[-1], math.inf)
+
+
+def _described(
+    run: Run, times: tuple[float, float], component: int, before: float, after: float, finer: float, finer_after: float
+) -> Growth:
+    names, units = [*run.model.v_names, *run.model.z_names], [*run.model.v_units, *run.model.z_units]
+    start, end = map(float, times)
+    return Growth(names[component], units[component], start, end, float(before), float(after), finer, float(finer_after))
+
+
+def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
+    """Return the components of v and z that grow at least so much and are more than rounding.
+
+    Parameters
+    ----------
+    growth, size : (nv + nz,)
+    """
+    grown = np.flatnonzero(growth >= least)
+    if not len(grown):
+        return grown
+    names = zip(run.model.z_names, run.model.z_units, strict=True)
+    units = np.array([*run.model.v_units, *(f"{unit} of {name}" for name, unit in names)])
+    largest = np.array([size[units == units[component]].max() for component in grown])
+    return grown[size[grown] > _ROUNDING * largest]
+
+
+def _growth(before: Array, after: Array) -> Array:
+    """Return by how much velocities and internal states grow, (nv + nz,): the smaller of a velocity's factor and its rate's.
+
+    Parameters
+    ----------
+    before, after : (2, nv + nz) as of ``_sizes``
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        factors = after / before
+    smaller: Array = np.fmin(factors[0], factors[1])
+    return smaller
+
+
+def _sizes(run: Run, rows: Array) -> Array:
+    """Return the largest absolute velocities, and accelerations, of rows, (2, nv + nz); internal states stand in both."""
+    nq, nv, nz = run.model.nq, run.model.nv, run.model.nz
+    size = np.abs(rows).max(axis=0)
+    moving = size[1 + nq : 1 + nq + 2 * nv].reshape(2, nv)
+    return np.hstack([moving, np.broadcast_to(size[len(size) - nz :], (2, nz))]) if nz else moving
+
+
+def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
+    """Return which components of v and z, (nv + nz,), travel more over rows than a part of the coordinates, or of a radian."""
+    model = run.model
+    size = _sizes(run, rows)[0]
+    travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
+    lengths = [index for index, unit in enumerate(model.q_units) if unit == "m"]
+    longest = np.max(np.abs(rows[0, 1 : 1 + model.nq][lengths]), initial=0.0)
+    scale = np.array([longest if unit == "m/s" else 1.0 for unit in model.v_units])
+    return np.concatenate([travel > part * scale, size[model.nv :] > 0.0])
+
+
+def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Array | None:
+    """Return a row after each of some steps from a row, every step in equal parts; None where they cannot all be taken."""
+    model = run.model
+    stepper = Stepper(library, {**run.settings, "step": run.settings["step"] / parts}, run.parameters)
+    t, q, v = float(row[0]), row[1 : 1 + model.nq], row[1 + model.nq : 1 + model.nq + model.nv]
+    try:
+        table = None if run.driven is None else np.ascontiguousarray(run.driven(stepper.times_of(0, steps * parts, t)))
+    except UsageError:  # a function of the caller that fails between the steps of the run
+        return None
+    if stepper.initialize(t, q, v, table, row[len(row) - model.nz :]):
+        return None
+    record = np.empty((steps + 1, stepper.sizes["row"]))
+    status, rows = stepper.run(steps * parts, parts, table, record)
+    return None if status or rows < steps else record[:rows]

@@ -1,0 +1,152 @@
+"""Inputs over time: numbers, functions of t and tables on the step grid become the rows that the compiled stepper reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.compiled.arguments import check_finite, check_name, numbers
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.stepper_data import SERIES_FAMILIES
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+Function = Callable[[float], float]
+Signal = ArrayLike | Function
+CheckedSignal = float | Array | Function
+
+
+@dataclass(frozen=True)
+class InputSignals:
+    """What drives the inputs of a model.
+
+    Parameters
+    ----------
+    names : tuple of str
+    given : mapping from name to number, callable of t, or (steps + 1,) array on the step grid, linear in between
+    formulas : callable
+        From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given.
+    step : float
+        Of the grid, in s; it starts at ``start``.
+    left_to_stepper : bool
+        Whether the stepper evaluates the scene's formulas itself, see ``jumps_known``.
+    """
+
+    names: tuple[str, ...]
+    given: Mapping[str, CheckedSignal]
+    formulas: Callable[[Array], Array]
+    step: float
+    start: float = 0.0
+    left_to_stepper: bool = False
+
+    def rows(self, times: Array) -> Array:
+        """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite number."""
+        table = np.array(self.formulas(times))
+        for name, signal in self.given.items():
+            column = self.names.index(name)
+            if callable(signal):
+                table[:, column] = _called(name, signal, times)
+            elif isinstance(signal, np.ndarray):
+                position = (times - self.start) / self.step
+                table[:, column] = np.interp(position, np.arange(len(signal)), signal)
+            else:
+                table[:, column] = signal
+        return table
+
+
+    def table(self, times: Array) -> Array:
+        """Return what a stepper is handed, (n, nu): ``rows``, or not a number for what it evaluates itself."""
+        if not self.left_to_stepper:
+            return self.rows(times)
+        nothing = replace(self, formulas=lambda at: np.full((len(at), len(self.names)), np.nan))
+        return nothing.rows(times)
+
+
+def jumps_known(library: Library) -> bool:
+    """Return whether a stepper evaluates the scene's formulas itself beside what is given.
+
+    Because it knows where they jump, or expands them in series.
+    """
+    said = any(function["name"] == "inputs" for function in library.layout["functions"])
+    return said and ("jumps" in library.layout["method"] or library.layout["method"].get("family") in SERIES_FAMILIES)
+
+
+def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
+    """Raise UsageError where a run, from start to end in s, leaves the points of a curve that no input of the caller replaces."""
+    for item in layout["validity"]:
+        first, last = float(item["start"]), float(item["end"])
+        rounding = 1e-9 * (last - first)
+        if item["input"] in given or (start >= first - rounding and end <= last + rounding):
+            continue
+        early = start < first - rounding
+        what = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
+        what += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
+        beyond = 'outside = "hold" or "periodic"'
+        if early:  # on the command line every run begins at t = 0
+            hint = f"{beyond}, points from t = {start:.9g} s on, or in Python t_start = {first:.9g}"
+            raise UsageError(Problem("t_start", what, hint))
+        raise UsageError(Problem("t_end", what, f"t_end = {last:.9g}, or {beyond}"))
+
+
+def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
+    """Raise UsageError where an input of the caller is not a number, for a method that expands inputs in series of time."""
+    for name, signal in given.items():
+        if not isinstance(signal, float):
+            kind = "a function" if callable(signal) else "a table"
+            what = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have"
+            hint = f"a number here; a formula or a curve of the scene for the input {name}; or another method"
+            raise UsageError(Problem(f"input {name}", what, hint))
+
+
+def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:
+    """Check what is given for the inputs of a run of ``steps`` steps.
+
+    Raises
+    ------
+    UsageError
+        Anything but a mapping; unknown names; arrays that do not fit the step grid; values that are not finite.
+    """
+    if inputs is not None and not isinstance(inputs, Mapping):
+        given = "a function" if callable(inputs) else type(inputs).__name__
+        hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
+        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given}", hint))
+    read: dict[str, CheckedSignal] = {}
+    for name, signal in (inputs or {}).items():
+        check_name("input", name, names)
+        if callable(signal):
+            read[name] = signal
+            continue
+        array = numbers(f"input {name}", signal)
+        check_finite(f"input {name}", array)
+        if array.ndim == 0:
+            read[name] = float(array)
+        elif array.shape == (steps + 1,):
+            read[name] = array
+        else:
+            raise UsageError(
+                Problem(
+                    f"input {name}",
+                    f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
+                    "a number, a function of t, or a table of that length",
+                )
+            )  # fmt: skip
+    return read
+
+
+def _called(name: str, signal: Function, times: Array) -> Array:
+    values = np.empty(len(times))
+    for index, t in enumerate(times):
+        try:
+            values[index] = signal(float(t))
+        except Exception as error:
+            what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            raise UsageError(Problem(f"input {name}", what)) from error
+    if not np.all(np.isfinite(values)):
+        index = int(np.argmin(np.isfinite(values)))
+        what = f"the function gives {values[index]} at t = {times[index]:.9g} s"
+        raise UsageError(Problem(f"input {name}", what, "finite numbers over the whole run"))
+    return values

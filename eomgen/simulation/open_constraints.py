@@ -1,0 +1,63 @@
+"""Constraints that a run does not keep: no step may leave a loop open by a part of the machine and call the motion its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+
+#: Parts of the machine, or rad, by which a constraint may be off: beyond the first it is said, beyond the second it failed.
+SAID, FAILED = 1e-6, 1e-3
+#: Last places of what a row adds up that rounding may take.
+_LAST_PLACES = 1e3
+#: Rows of a run that are looked at, spread over all of it.
+_MOST_ROWS = 1000
+
+
+class Opened(NamedTuple):
+    """The holonomic row that is most violated: by which part of the machine, or rad, and a sentence on it."""
+
+    share: float
+    what: str
+
+
+def opened(model: Model, t: Array, q: Array, p: Array, largest: float = 0.0) -> Opened | None:
+    """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot tell.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) parameters
+    largest : the largest violation at any step, in the units of the rows, where the stepper counts it
+    """
+    count = model.functions.sizes.get("holonomic", 0)
+    if not count or not all(name in model.functions for name in ("constraint", "constraint_size")):
+        return None
+    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).round().astype(int))
+    t, q = t[chosen], q[chosen]
+    violation = np.abs(next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())))[:, :count]
+    found = list(model.evaluate("constraint_size", q, t=t, parameters=p).values())
+    sizes = np.concatenate([np.asarray(part).reshape(len(t), -1) for part in found], axis=1)
+    rows = sizes.shape[1] // 2
+    summands, extents = sizes[:, :count], sizes[:, rows:]
+    lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
+    machine = extents.max(axis=1, initial=0.0)
+    scale = np.where(lengths, np.where(machine > 0.0, machine, 1.0)[:, None], 1.0)
+    epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
+    rounding = _LAST_PLACES * epsilon * summands
+    shares = np.where(violation > rounding, violation / scale, 0.0)
+    row, k = np.unravel_index(int(np.argmax(np.nan_to_num(shares, nan=np.inf))), shares.shape)
+    share, by = float(shares[row, k]), float(violation[row, k])
+    if share > SAID:
+        unit = " m" if lengths[k] else ""
+        return Opened(share, f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s")
+    between = largest / float(scale.max())
+    if between > SAID and largest > rounding.max():
+        return Opened(between, f"constraints are off by up to {largest:.3g} between the rows")
+    return None

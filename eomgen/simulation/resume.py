@@ -1,0 +1,155 @@
+"""A run that goes on from a checkpoint, to the same bits as if it had never stopped."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.calls import checked_call
+from eomgen.compiled.model import Model
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.methods import method_named
+from eomgen.integrators.stepper_data import default_settings
+from eomgen.results.solution import Solution
+from eomgen.simulation.checkpoint import Checkpoint
+from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.preparation import check_memory, check_span, stepper_library
+from eomgen.simulation.run import SCENE_START, Run, keeper_of
+from eomgen.simulation.settings import number_of
+from eomgen.simulation.simulate import solution_of
+from eomgen.simulation.stepper import Progress, Stepper, run_chunks
+from eomgen.simulation.time_grid import time_grid
+
+Array = NDArray[np.float64]
+
+
+@checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
+def resume(
+    model: Model,
+    path: str | os.PathLike[str],
+    t_end: float | None = None,
+    *,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal] | None = None,
+    progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: int | None = None,
+) -> Solution:
+    """Go on with a run from its checkpoint: same method, step, settings, parameters, inputs and time grid.
+
+    Parameters
+    ----------
+    path : path
+        File of ``simulate(checkpoint=...)``.
+    t_end : float
+        End of the run, s; that of the first part by default, and it may be later.
+    parameters : mapping or array
+        Not needed; refused where they are not those of the first part.
+    inputs : mapping
+        Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
+    progress, checkpoint, checkpoint_every
+        As in ``simulate``; checkpoints go to ``path`` by default.
+
+    Returns
+    -------
+    Solution
+        From the checkpoint on; ``first.followed_by(second)`` puts both parts together.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read or is no checkpoint.
+    ModelError
+        It belongs to another model, or to another compilation of it.
+    UsageError
+        Other parameters or inputs; an end that is behind.
+    """
+    file = Path(path)
+    saved = Checkpoint.load(file)
+    said = saved.run
+    if said["scene"] != model.name:
+        saved.check(file, model.name, model.library)
+    library = stepper_library(model, said["method"])
+    saved.check(file, model.name, library)
+    settings = _in_order(said["settings"], library.layout["method"])
+    p = model.parameter_array({name: said["parameters"][name] for name in model.parameters})
+    _same_parameters(model, p, parameters)
+    start, step = float(said["t_start"]), settings["step"]
+    end = float(said["t_end"]) if t_end is None else number_of("t_end", t_end)
+    grid = time_grid(start, end, step, library.real)
+    stepper = Stepper(library, settings, p)
+    stepper.restore(saved.state, saved.workspace)
+    if grid.whole < stepper.count:
+        what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
+        raise UsageError(Problem("t_end", what, "a later t_end"))
+    every = int(said["record_every"])
+    check_memory((grid.steps - stepper.count) // every + 2, stepper.sizes["row"])
+    given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
+    check_span(model, library, p, given, grid)
+    signals = InputSignals(
+        model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
+    )
+    method = method_named(said["method"], **said["method_parameters"])
+    run = Run(
+        model, said["method"], method, settings, p, signals, grid, every,
+        said.get("corrections", []), said.get("start", SCENE_START),
+    )  # fmt: skip
+    began = time.perf_counter()
+    keeper = keeper_of(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
+    trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
+    return solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
+
+
+def _same_parameters(model: Model, known: Array, given: Parameters) -> None:
+    """Raise UsageError where parameters are given that are not those of the first part."""
+    if given is None:
+        return
+    whole = {**dict(zip(model.parameters, known.tolist(), strict=True)), **given} if isinstance(given, Mapping) else given
+    asked = model.parameter_array(whole)
+    problems = [
+        Problem(f"parameter {name}", f"the run has {old:.9g}, not {new:.9g}", "a run of its own for other parameters")
+        for name, old, new in zip(model.parameters, known, np.broadcast_to(asked, known.shape), strict=True)
+        if old != new
+    ]
+    if problems:
+        raise UsageError(problems)
+
+
+def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, Signal]:
+    """Return the inputs of the run: those in the file, and the functions given again."""
+    asked = dict(given or {})
+    kinds = saved.run["inputs"]
+    problems = []
+    for name, kind in kinds.items():
+        if kind == "function" and not callable(asked.get(name)):
+            what = "the run had a function of t here, which no file holds"
+            problems.append(Problem(f"input {name}", what, "the same function again"))
+        elif kind != "function" and name in asked and not _goes_on(saved.inputs[name], asked[name]):
+            problems.append(Problem(f"input {name}", f"the run has another {kind}", "none: it is in the checkpoint"))
+    problems += [
+        Problem(f"input {name}", "the run followed the scene here", "leave it out") for name in asked if name not in kinds
+    ]
+    if problems:
+        raise UsageError(problems)
+    return {**{name: value if value.ndim else float(value) for name, value in saved.inputs.items()}, **asked}
+
+
+def _goes_on(known: Array, given: Signal) -> bool:
+    """Tell whether a number is the same, or a table begins with the one that is known."""
+    try:
+        again = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    beginning = again[: len(known)] if again.ndim == 1 and known.ndim == 1 else again
+    return bool(np.array_equal(beginning, known))
+
+
+def _in_order(settings: Mapping[str, float], data: Mapping[str, object]) -> dict[str, float]:
+    """Return settings in the order of the flat array, which JSON does not keep."""
+    return {name: float(settings[name]) for name in default_settings(data)}

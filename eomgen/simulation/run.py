@@ -1,0 +1,158 @@
+"""A run that has been checked: all that stepping it, reporting on it, and going on with it later need."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.compiled.initial_state import InitialState, initial_state
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha, Method
+from eomgen.integrators.families.taylor import Taylor
+from eomgen.simulation.checkpoint import Checkpoint, Keeper
+from eomgen.simulation.inputs import InputSignals
+from eomgen.simulation.settings import count_of
+from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.time_grid import TimeGrid
+from eomgen.toolchain.library import Library
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+#: What a run starts from that was told nothing else, by a scene that says nothing else.
+SCENE_START = "the scene's initial state"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is stepped, how, with what, and from when to when.
+
+    Attributes
+    ----------
+    name, method, settings : of the stepper
+    parameters : (np,) tunable parameters
+    signals : what drives the inputs
+    grid : the times of the whole run
+    every : steps between recorded rows
+    corrections : how the initial state was brought onto the constraints
+    begun : what the run starts from, in words
+    """
+
+    model: Model
+    name: str
+    method: Method
+    settings: dict[str, float]
+    parameters: Array
+    signals: InputSignals
+    grid: TimeGrid
+    every: int
+    corrections: Sequence[str] = ()
+    begun: str = SCENE_START
+
+    @property
+    def driven(self) -> Callable[[Array], Array] | None:
+        """Rows of inputs for times; None where the compiled formulas say all of them."""
+        without_formulas = self.model.nu and "inputs" not in self.model.functions
+        return self.signals.table if self.signals.given or without_formulas else None
+
+    def described(self, library: Library, stepper: Stepper) -> Checkpoint:
+        """Return a checkpoint of the run where the stepper is."""
+        kinds, values = {}, {}
+        for name, signal in self.signals.given.items():
+            kinds[name] = "function" if callable(signal) else "table" if isinstance(signal, np.ndarray) else "number"
+            if not callable(signal):
+                values[name] = np.asarray(signal, dtype=float)
+        state, workspace = stepper.memory
+        said = {
+            "scene": self.model.name,
+            "method": self.name,
+            "method_parameters": _parameters_of(self.method),
+            "settings": dict(self.settings),
+            "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
+            "record_every": self.every,
+            "t_start": self.grid.start,
+            "t_end": self.grid.end,
+            "corrections": list(self.corrections),
+            "start": self.begun,
+            "inputs": kinds,
+            "fingerprint": library.fingerprint,
+            "build": library.digest,
+        }
+        start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
+        return Checkpoint(said, state, workspace, values, start)
+
+
+def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: str) -> str:
+    """Return what a run starts from in words.
+
+    Parameters
+    ----------
+    settled, given : whether it starts at static equilibrium, and whether initial values were given
+    chosen, of_scene : ``start`` of the run, if any, and of the scene
+    """
+    if settled:
+        return "equilibrium near the initial values given" if given else "the scene's equilibrium"
+    if not given:
+        return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
+    instead = chosen is None and of_scene == "equilibrium"
+    return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
+
+
+def start_of(
+    run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool
+) -> tuple[InitialState, list[str], list[str]]:
+    """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is doubtful of it.
+
+    Parameters
+    ----------
+    settled : whether positions are those of static equilibrium nearby
+    changed : whether the state or the parameters are others than those that the model was built with
+    """
+    model, p, t = run.model, run.parameters, run.grid.start
+    state, sentences = initial_state(model, initial, p), []
+    doubts: list[str] = []
+    if settled:
+        inputs = run.driven(np.array([t]))[0] if run.driven else None
+        found = model.equilibrium({"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
+        state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
+        doubts = [f"the start at rest: {note}" for note in found.notes]
+    if model.multipliers and (settled or changed or t != 0.0):
+        consistent = model.consistent(state.q, state.v, t, parameters=p)
+        state = InitialState(consistent.q, consistent.v, state.z)
+        sentences += [*consistent.corrections(), *consistent.deviations]
+    elif changed:  # all rows may be left out
+        sentences += model._check_left_out(state.q, state.v, t, p)
+    return state, sentences, doubts
+
+
+def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:
+    """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
+    if path is None:
+        if every is not None:
+            raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))
+        return None
+    if not isinstance(path, str | os.PathLike):
+        raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
+    steps = None if every is None else count_of("checkpoint_every", every)
+    return Keeper(Path(path), steps, lambda stepper: run.described(library, stepper))
+
+
+def _parameters_of(method: Method) -> dict[str, float]:
+    """Return the keywords that make a method again, by ``methods.method_named``."""
+    if isinstance(method, Taylor):
+        return {"order": float(method.order), "tolerance": method.tolerance}
+    if not isinstance(method, GeneralizedAlpha):
+        return {}
+    if method.case is None:
+        return {"rho_inf": method.rho_inf}
+    if method.case.name in ("hht", "wbz"):
+        return {"alpha": float(method.case.gamma - Fraction(1, 2))}
+    return {} if method.case.name == "trapezoidal" else {"beta": float(method.case.beta), "gamma": float(method.case.gamma)}

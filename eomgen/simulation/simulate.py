@@ -1,0 +1,360 @@
+"""From an initial state to a Solution: checks first, then the compiled time loop, then outputs and energies in batches."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.analysis.definiteness import beyond_order_in_run, indefinite_mass
+from eomgen.calls import checked_call
+from eomgen.compiled.model import Model
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.methods import canonical_name
+from eomgen.integrators.stepper_data import SERIES_FAMILIES
+from eomgen.results.dense_output import State
+from eomgen.results.scenery import seen
+from eomgen.results.solution import Solution
+from eomgen.simulation.checkpoint import Keeper
+from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite
+from eomgen.simulation.energy_balance import SAID, Balance, energy_balance
+from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
+from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
+from eomgen.simulation.limit_warnings import starts_beyond_limits
+from eomgen.simulation.open_constraints import opened
+from eomgen.simulation.preparation import check_memory, check_span, stepper_library
+from eomgen.simulation.run import Run, keeper_of, start_of, words_of_start
+from eomgen.simulation.settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
+from eomgen.simulation.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
+from eomgen.simulation.stepper import Progress, Stepper, Trajectory, run_chunks
+from eomgen.simulation.taylor_output import between_of
+from eomgen.simulation.time_grid import TimeGrid, time_grid
+from eomgen.simulation.warnings import unresolved_damping, unresolved_states
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
+
+Array = NDArray[np.float64]
+_BATCH = 8192
+_BAD_ARGUMENT = 4  # of the steppers' statuses
+
+
+@checked_call(
+    u="inputs", dt="step", h="step", tend="t_end", tf="t_end", duration="t_end", time="t_end", tspan="t_end", t0="t_start",
+    solver="method", integrator="method", p="parameters", rtol="settings", atol="settings", max_iterations="settings",
+    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
+)  # fmt: skip
+def simulate(
+    model: Model,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    method: str | None = None,
+    rho_inf: float | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    gamma: float | None = None,
+    order: int | None = None,
+    tolerance: float | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal] | None = None,
+    record_every: int | None = None,
+    t_start: float = 0.0,
+    settings: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: int | None = None,
+    start: str | None = None,
+) -> Solution:
+    """Integrate the equations of motion on a grid of equal steps.
+
+    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and Ctrl-C end
+    the run with the last good state: the Solution then has ``success`` False and a message; nothing is raised. So it has where
+    the motion has grown because the method is unstable at this step: see ``runtime.growth``.
+
+    Parameters
+    ----------
+    t_end : float
+        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point for its whole.
+    step : float
+        Step size, s.
+    method : str
+        ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
+        ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with ``_index3``; ``rk4``
+        (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``, whose steps are its own and
+        ``step`` the spacing of the time grid on which it gives states; ``hermite``, of order 4 from accelerations and their
+        rates.
+    rho_inf : float
+        Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
+    alpha : float
+        Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
+    beta, gamma : float
+        Of ``newmark``; 1/4 and 1/2 by default.
+    order : int
+        Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
+    tolerance : float
+        Of the local error of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of the machine
+        and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
+        0: each step of the time grid is one step, of the order that is given.
+    initial : mapping
+        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
+        Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
+    parameters : mapping or array
+    inputs : mapping
+        Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
+    record_every : int
+        Steps between recorded rows; the first and the last state are always recorded.
+    t_start : float
+        Time of the initial state, s.
+    settings : mapping
+        The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
+    progress : callable
+        Called with (steps done, all steps) some ten times a second.
+    checkpoint : path
+        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and meanwhile.
+    checkpoint_every : int
+        Steps between two checkpoints; one a minute where it is not given.
+    start : str
+        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's where
+        neither this nor ``initial`` is given.
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong before the run starts, by name.
+    """
+    defaults = model.library.layout["defaults"]
+    step = positive("step", defaults["step"] if step is None else step)
+    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    t_first = number_of("t_start", t_start)
+    every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        what = f"one set of parameters is needed, not a batch of shape {p.shape}"
+        raise UsageError(Problem("parameters", what, "one run for each"))
+    name = canonical_name(model.library.layout["built_method"] if method is None else method)
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
+    library = stepper_library(model, name)
+    extra = {} if settings is None else settings
+    if not isinstance(extra, Mapping):
+        raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
+    chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
+    grid = time_grid(t_first, end, step, library.real)
+    stepper = Stepper(library, chosen, p)
+    check_memory(grid.steps // every + 2, stepper.sizes["row"])
+    from_caller = read_signals(inputs, model.inputs, grid.steps)
+    check_span(model, library, p, from_caller, grid)
+    if stepped_by.family in SERIES_FAMILIES:
+        check_held(name, from_caller)
+    signals = InputSignals(
+        model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
+    )
+    run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
+    settled = _settled(start, initial is not None, defaults)
+    state, corrections, at_rest = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
+    begun = words_of_start(settled=settled, given=bool(initial), chosen=start, of_scene=str(defaults["start"]))
+    run = replace(run, corrections=corrections, begun=begun)
+
+    began = time.perf_counter()
+    keeper = keeper_of(run, library, checkpoint, checkpoint_every)
+    table = run.driven(t_first + (step if grid.whole else grid.rest) * stepper.input_times) if run.driven else None
+    status = stepper.initialize(t_first, state.q, state.v, table, state.z)
+    if status == _BAD_ARGUMENT:
+        raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
+    if status:
+        unknown = np.full(model.nv + len(model.multipliers), np.nan)
+        rows = np.concatenate([[t_first], state.q, state.v, unknown, state.z])[np.newaxis]
+        trajectory = Trajectory(rows, status, False, 0)
+    else:
+        if keeper is not None:
+            keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
+        trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
+    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
+    u = None if table is None else signals.rows(np.array([t_first]))[0]
+    faults = [unresolved_damping(model, state, t_first, u, p, step)] if name == "rk4" else []
+    faults += [unresolved_states(model, state, t_first, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
+    outside = [] if settled else starts_beyond_limits(model, state.q, p)
+    of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
+    notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
+    solution = replace(solution, metadata={**solution.metadata, "notes": notes})
+    for fault in filter(None, [*faults, *outside, *at_rest]):
+        solution = replace(solution, message=f"{solution.message}; {fault}")
+    return solution
+
+
+def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
+    """Return whether a run starts at static equilibrium."""
+    chosen = start if start is not None else "initial" if given else defaults["start"]
+    if chosen not in ("initial", "equilibrium"):
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", "initial or equilibrium"))
+    return bool(chosen == "equilibrium")
+
+
+def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:
+    """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
+    model, p = run.model, run.parameters
+    message = _message(run, stepper, trajectory)
+    if keeper is not None and not trajectory.status:
+        message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
+    statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
+    t, q, v, a, multipliers, z = _split(trajectory.rows, model)
+    outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
+    success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
+    jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
+    conservative = model.library.layout["facts"]["conservative"]
+    balance = energy_balance(t, energy, jumps, conservative=conservative)
+    if balance.error is not None and balance.error > SAID and at_rest(run, trajectory.rows):
+        balance = Balance(0.0)
+    if success:
+        growth = unstable_growth(run, stepper.library, trajectory)
+        cause = partial(_cause_of_doubts, run, t, q)
+        loose = opened(model, t, q, p, statistics.get("max_constraint", 0.0))
+        if fault := failure(growth, balance, energy, run.method, loose):
+            success, message = False, f"{message}, but {fault}"
+        elif doubt := doubts(statistics, balance, run.settings["step"], cause, loose):
+            message = f"{message}; {doubt}"
+        if passed := passages(int(statistics.get("singular_passages", 0))):
+            message = f"{message}; {passed}"
+    if balance.error is not None:
+        statistics = {**statistics, "energy_error": balance.error}
+    of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
+    message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
+    described = _metadata(model, run.name, run.settings, p, run.every, run.grid)
+    return Solution(
+        t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
+        outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
+        success=success, interrupted=trajectory.interrupted,
+        metadata={
+            **described, "start": run.begun, "corrections": run.corrections, "notes": notes, "energy_balance": str(balance),
+        },
+        see=lambda: seen(model, t, q, p),
+        evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
+        linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
+        between=between_of(run, stepper),
+    )  # fmt: skip
+
+
+def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
+    """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
+    if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
+        return beyond
+    if (tolerance := run.settings.get("tolerance", 0.0)) > 0.0:  # its steps are its own
+        return f"try: a tolerance smaller than {tolerance:.3g}"
+    singular = nearest_singular(run.model, t, q, run.parameters)
+    return f"{singular.what}; try: {way_through(run.name, run.settings['step'])}" if singular else ""
+
+
+def _listed(settings: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
+
+
+def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
+    model, p, settings = run.model, run.parameters, run.settings
+    t = trajectory.rows[-1, 0]
+    if trajectory.failure is not None:
+        return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {trajectory.failure.problems[0]}"
+    if trajectory.interrupted:
+        return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+    if trajectory.status == 0:
+        return f"reached t = {t:.9g} s in {trajectory.steps} steps"
+    text = stepper.status_text(trajectory.status)
+    _, q, v, a, _, z = (part[0] for part in _split(trajectory.rows[-1:], model))
+    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
+    inertia = None if block else indefinite_mass(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
+    found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
+    details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
+    hint = inertia.hint if inertia else advice(text, settings)
+    times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
+    if singular:
+        details = f"; {singular.what}"
+        hint = way_past(run.name, settings["step"], at_start=len(times) == 1)
+    if cause[0]:
+        details, hint = details + cause[0], cause[1]
+    elif already:
+        hint = "other parameters, formulas or coordinates there: no smaller step helps"
+    elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
+        details = f"{details}; {growth}"
+        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+    return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
+
+
+def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array, Array]:
+    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+    t, q, v, a, multipliers, z = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
+    return t[:, 0], q, v, a, multipliers, z
+
+
+def _evaluate(
+    model: Model, states: tuple[Array, Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return outputs and energies at all recorded rows (t, q, v, a, multipliers, z)."""
+    t, q, v, a, multipliers, z = states
+    outputs: list[dict[str, Array]] = []
+    energies: list[dict[str, Array]] = []
+    for start in range(0, len(t), _BATCH):
+        part = slice(start, start + _BATCH)
+        u: ArrayLike | None = signals.rows(t[part]) if signals is not None else None
+        if "outputs" in model.functions:
+            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p))
+        if "energy" in model.functions:
+            held = {"multipliers": multipliers[part]} if model.multipliers else {}
+            energies.append(model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p, **held))
+    return _joined(outputs), _joined(energies)
+
+
+def outputs_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> dict[str, Array]:
+    """Return the outputs of a state at times (...), with the inputs of the run at these times."""
+    u = None if signals is None else signals.rows(state.t.ravel()).reshape(*state.t.shape, model.nu)
+    return model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
+
+
+def linear_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> Linearization:
+    """Return the linear model about a state of a run, with its inputs at that time."""
+    from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
+
+    u = None if signals is None else signals.rows(np.atleast_1d(state.t))[0]
+    return about_motion(model, state, u, p)
+
+
+def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} if parts else {}
+
+
+def _metadata(
+    model: Model, method: str, settings: Mapping[str, float], p: Array, every: int, grid: TimeGrid
+) -> dict[str, Any]:
+    layout = model.library.layout
+    return {
+        "scene": model.name,
+        "version": layout["version"],
+        "method": method,
+        "step": settings["step"],
+        "settings": dict(settings),
+        "record_every": every,
+        "t_start": grid.start,
+        "t_end": grid.end,
+        "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
+        "names": {
+            "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],
+            "multipliers": list(model.multipliers), "z": model.z_names,
+        },
+        "units": {
+            "q": model.q_units, "v": model.v_units, "z": model.z_units,
+            "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
+        },
+        "outputs": {
+            output.name: {"description": output.description, "quantity": output.quantity} for output in model.scene.outputs
+        },
+        "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
+        "fingerprint": getattr(model.library, "fingerprint", ""),
+    }

@@ -1,0 +1,137 @@
+"""Where a run comes near positions at which its constraints are singular: branches of configurations cross there.
+
+A parallelogram that lies flat is one: from there it may go on as a parallelogram or crossed over. What the constraints say in one
+direction vanishes, so multipliers grow without bound and corrections lose their digits as the position comes near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.lie import product
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+
+Array = NDArray[np.float64]
+
+#: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly singular.
+#: Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps looked at.
+NEARLY = 0.05
+#: The same as a part of the largest singular value at the position itself, for a start, which has no others to be held against.
+_SINGULAR_START = 1e-6
+#: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the square of the
+#: number of rows of B add up to so much, but at least so many; and the last ones.
+_SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
+#: Steps beyond the last row, along its velocity, that are looked at: the step that failed, and the one that it would have led to.
+_AHEAD = np.linspace(0.0, 2.0, 9)
+_NEEDED = ("mass", "constraint_jacobian")
+
+
+@dataclass(frozen=True)
+class Singular:
+    """A nearly singular position: when, in s, and its smallest singular value as a part of the largest in the run."""
+
+    time: float
+    part: float
+
+    @property
+    def what(self) -> str:
+        return f"the constraints are nearly singular at t = {self.time:.6g} s, where branches of configurations cross"
+
+
+def nearest_singular(model: Model, t: Array, q: Array, p: Array) -> Singular | None:
+    """Return the position of a run at which its constraints are most nearly singular; None where none is nearly so.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) parameters
+    """
+    chosen = _looked_at(model, len(t))
+    return _nearest(model, t[chosen], q[chosen], p, 0)
+
+
+def singular_ahead(model: Model, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
+    """Return the most nearly singular position that the next steps of a run come to; None where none is nearly so.
+
+    A run's only row is its start, and is looked at alone.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq); the others are the measure for the last
+    v : (nv,) velocity in the last row
+    p : (np,) parameters
+    step : s
+    """
+    if len(t) == 1:
+        return _nearest(model, t, q, p, 0)
+    chosen = _looked_at(model, len(t) - 1)
+    ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
+    times, positions = np.concatenate([t[chosen], t[-1] + step * _AHEAD]), np.concatenate([q[chosen], ahead])
+    return _nearest(model, times, positions, p, len(chosen))
+
+
+def way_past(method: str, step: float, *, at_start: bool) -> str:
+    """Return what to try where a method stops at a singular position, or cannot start at it."""
+    if at_start:
+        return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
+    if method == "rk4_partitioned":
+        other = "else lengths or a start with which the motion does not come so near it, or crosses it faster"
+        return f"a much smaller step where lengths fit all but exactly, {other}"
+    nearer = f"steps smaller than {step:.3g} s may come nearer to it"
+    return f"rk4_partitioned, which passes such positions along the velocity; {nearer}"
+
+
+def way_through(method: str, step: float) -> str:
+    """Return what to try where a run has passed near a singular position, but not well."""
+    other = "" if method == "rk4_partitioned" else ", or rk4_partitioned, which passes such positions along the velocity"
+    return f"a step smaller than {step:.3g} s{other}"
+
+
+def passages(count: int) -> str:
+    """Return what a run says that has passed so many singular positions; empty for none."""
+    if not count:
+        return ""
+    where = "a position" if count == 1 else f"{count} positions"
+    return f"it passed {where} where the constraints are singular, or nearly, and branches cross, each time along its velocity"
+
+
+def _looked_at(model: Model, rows: int) -> NDArray[np.intp]:
+    """Return which of a run's rows are looked at, in increasing order."""
+    if not rows:
+        return np.zeros(0, np.intp)
+    affordable = _WORK // max(1, model.nv * len(model.multipliers) ** 2)
+    spread = np.linspace(0, rows - 1, min(_SPREAD, max(_LEAST, affordable))).astype(np.intp)
+    return np.union1d(spread, np.arange(max(0, rows - _LAST), rows))
+
+
+def _nearest(model: Model, t: Array, q: Array, p: Array, first: int) -> Singular | None:
+    """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one by its own.
+
+    Parameters
+    ----------
+    t, q : (n,) in s, (n, nq)
+    """
+    if not model.multipliers or not all(name in model.functions for name in _NEEDED):
+        return None
+    with np.errstate(all="ignore"):
+        M = model.mass(q, parameters=p)
+        (B,) = model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()
+    if not (np.all(np.isfinite(M)) and np.all(np.isfinite(B))):
+        return None
+    try:
+        weighed = np.swapaxes(np.linalg.solve(np.linalg.cholesky(M), np.swapaxes(B, -1, -2)), -1, -2)
+    except np.linalg.LinAlgError:  # massless bodies: there is nothing to weigh by
+        return None
+    lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)  # of each row, the largest in the run: units and kinds drop out
+    found = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
+    values, alone = found[:, -1], len(t) == 1
+    measure, least = (found[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
+    place = first + int(np.argmin(values[first:]))
+    part = float(values[place] / measure) if measure > 0.0 else 1.0
+    return Singular(float(t[place]), part) if part < least else None

@@ -1,0 +1,303 @@
+"""The compiled time loop, run in chunks of a tenth of a second so that progress shows and Ctrl-C is heard."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import UsageError
+from eomgen.integrators.stepper_data import STEPPER_SIZES, row_layout, state_layout, statistics_names
+from eomgen.simulation.time_grid import TimeGrid
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+#: Seconds of work between two looks at progress and interrupts.
+CHUNK_SECONDS = 0.1
+#: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see ``growth``.
+WINDOW = 16
+_FIRST_CHUNK = 1
+_LARGEST_CHUNK = 1_000_000
+
+
+class KeeperLike(Protocol):
+    """What writes checkpoints (``checkpoint.Keeper`` does)."""
+
+    def room(self, done: int) -> int | None: ...
+    def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None: ...
+
+
+class Stepper:
+    """The stepper of a library with its memory: settings, state and workspace.
+
+    Parameters
+    ----------
+    library : Library
+        Built with a method.
+    settings : mapping from name to number
+        In the order of ``integrators.specification.default_settings``.
+    parameters : (np,) array
+    """
+
+    def __init__(self, library: Library, settings: Mapping[str, float], parameters: Array) -> None:
+        ffi, self._lib = library.ffi, library.lib
+        self._ffi = ffi
+        self.library = library
+        self.sizes = {name: int(self._lib.eomgen_stepper_size(index)) for index, name in enumerate(STEPPER_SIZES)}
+        self.layout = library.layout
+        method: Mapping[str, Any] = library.layout["method"]
+        self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
+        self.nz = int(library.layout["sizes"]["z"])
+        nu, np_ = int(library.layout["sizes"]["u"]), int(library.layout["sizes"]["p"])
+        self.places = state_layout(method, self.nq, self.nv, self.nz, nu, np_)
+        self.row_places = row_layout(method, self.nq, self.nv, self.nz)
+        self.counted = statistics_names(method)
+        self.settings = np.array(list(settings.values()), dtype=float)
+        self.step_size = float(settings["step"])
+        self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
+        self.state = np.zeros(self.sizes["state"])
+        self.workspace = _on_cache_lines(self.sizes["workspace"])
+        self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+
+    @property
+    def t(self) -> float:
+        return float(self.state[self.places["t"]][0])
+
+    @property
+    def row(self) -> Array:
+        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are any."""
+        u, record = self.inputs, np.empty((1, self.sizes["row"]))
+        table = None if u is None or np.any(np.isnan(u)) else np.tile(u, (self.sizes["rows_per_step"] + 1, 1))
+        _, rows = self.run(0, 1, table, record)
+        return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
+
+    @property
+    def inputs(self) -> Array | None:
+        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not say."""
+        return self.state[self.places["u"]].copy() if "u" in self.places else None
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What the stepper counted since it was initialized."""
+        values = {name: float(self.state[self.places[name]][0]) for name in self.counted}
+        return {name: value if name.startswith("max_") or name == "pivot_ratio" else int(value) for name, value in values.items()}
+
+    @property
+    def count(self) -> int:
+        """Steps done since the state was initialized."""
+        return int(self.state[self.places["count"]][0])
+
+    @property
+    def origin(self) -> float:
+        """Time of the initialized state: step k ends at origin + k step."""
+        return float(self.state[self.places["origin"]][0])
+
+    @property
+    def memory(self) -> tuple[Array, NDArray[np.uint8]]:
+        """Copies of the state and of the workspace, all that later steps depend on besides settings and parameters."""
+        return self.state.copy(), self.workspace.view(np.uint8).copy()
+
+    def restore(self, state: Array, workspace: NDArray[np.uint8]) -> None:
+        """Put back what ``memory`` gave."""
+        self.state[:] = state
+        self.workspace.view(np.uint8)[:] = workspace
+
+    def initialize(self, t: float, q: Array, v: Array, u_table: Array | None, z: Array | None = None) -> int:
+        """Start at t, q, v, z; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
+        self.state[:] = 0.0
+        for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.nz else ())):
+            self.state[self.places[name]] = value
+        return int(
+            self._lib.eomgen_initialize(
+                self._pointer(self.parameters), self._pointer(self.settings), self._pointer(u_table),
+                self._pointer(self.state), self._pointer(self.workspace),
+            )
+        )  # fmt: skip
+
+    def run(self, steps: int, record_every: int, u_table: Array | None, record: Array) -> tuple[int, int]:
+        """Take up to ``steps`` steps and fill rows of ``record``; 0: only write the state's row. Returns status and rows."""
+        recorded = self._ffi.new("long *", 0)
+        status = self._lib.eomgen_run(
+            self._pointer(self.parameters), self._pointer(self.settings),
+            self._pointer(self.state), self._pointer(self.workspace), steps, record_every,
+            self._pointer(u_table), self._pointer(record), recorded,
+        )  # fmt: skip
+        return int(status), int(recorded[0])
+
+    def status_text(self, status: int) -> str:
+        return str(self._ffi.string(self._lib.eomgen_status_text(status)).decode())
+
+    def times_of(self, first: int, steps: int, start: float) -> Array:
+        """Return the times of the rows of an input table for ``steps`` steps from step number ``first``."""
+        within = self.input_times[1:]
+        grid = np.arange(first, first + steps)[:, np.newaxis] + within
+        times: Array = start + self.step_size * np.concatenate([[float(first)], grid.ravel()])
+        return times
+
+    def _pointer(self, array: Array | None) -> Any:
+        if array is None:
+            return self._ffi.NULL
+        return self._ffi.from_buffer("double[]", array)
+
+
+def _on_cache_lines(size: int) -> Array:
+    """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses one."""
+    room = np.zeros(size + 8)
+    first = -room.ctypes.data % 64 // room.itemsize
+    return room[first : first + size]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted.
+
+    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the row before
+    the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not come so far.
+    """
+
+    rows: Array
+    status: int
+    interrupted: bool
+    steps: int
+    failure: UsageError | None = None
+    middle: Array | None = None
+    end: Array | None = None
+
+
+def run_chunks(
+    stepper: Stepper,
+    grid: TimeGrid,
+    record_every: int,
+    inputs: Callable[[Array], Array] | None,
+    progress: Progress | None = None,
+    keeper: KeeperLike | None = None,
+) -> Trajectory:
+    """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
+
+    What checkpoints hold last is the state after the last whole step, from which a run goes on with the grid of a later end.
+
+    Parameters
+    ----------
+    inputs : callable, optional
+        From times (n,) to rows (n, nu); without it the scene's formulas are evaluated in C.
+    progress : callable, optional
+        Called with the steps done and all steps after every chunk.
+    keeper : Keeper, optional
+        Writes checkpoints of good states between chunks, and of the last one unless a step failed.
+    """
+    start = stepper.origin
+    width = stepper.sizes["row"]
+    pieces = [stepper.row[np.newaxis]]
+    done, status, chunk = stepper.count, 0, _FIRST_CHUNK
+    last_recorded = done
+    last = max(done, grid.whole - 2 * WINDOW)
+    half = done + (grid.whole - done) // 2
+    windows = [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, grid.whole)]
+    kept: list[list[Array]] = [[] for _ in windows]
+    failure: UsageError | None = None
+    with _interrupts() as interrupted:
+        while done < grid.whole and status == 0 and not interrupted.is_set():
+            inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
+            edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
+            size = min(chunk, edge - done)
+            if keeper is not None and (room := keeper.room(done)) is not None:
+                size = min(size, room)
+            began = time.perf_counter()
+            table = None
+            if inputs is not None:
+                try:
+                    table = _rows_from(stepper, inputs, stepper.times_of(done, size, start))
+                except UsageError as error:  # go on to the last step before the one at which the input fails
+                    if size > 1:
+                        chunk = size // 2
+                        continue
+                    failure = error
+                    break
+            before, every = done, record_every if inside is None else 1
+            if inside is not None and not kept[inside]:
+                kept[inside].append(stepper.row[np.newaxis])
+            record = np.empty((size // every + 1, width))
+            status, rows = stepper.run(size, every, table, record)
+            done = stepper.count
+            found = record[:rows]
+            if inside is not None:
+                kept[inside].append(found)
+                found = found[-(before + 1) % record_every :: record_every]
+            if len(found):
+                pieces.append(found.copy() if len(found) < len(record) // 2 else found)
+                last_recorded = done - done % record_every
+            elapsed = time.perf_counter() - began
+            if keeper is not None and status == 0:
+                keeper.look(stepper, done)
+            if progress is not None:
+                progress(done, grid.steps)
+            if status == 0 and done == before:
+                raise RuntimeError("the stepper made no step and gave no reason")
+            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
+        stopped = interrupted.is_set() and done < grid.steps
+        if keeper is not None and status == 0:
+            keeper.look(stepper, done, final=True)
+        last_row = None
+        if grid.rest and status == 0 and failure is None and not stopped:
+            try:
+                status, last_row = _last_step(stepper, grid, inputs)
+            except UsageError as error:
+                failure = error
+    if last_row is not None:
+        done += 1
+        pieces.append(last_row[np.newaxis])
+        if progress is not None:
+            progress(done, grid.steps)
+    elif last_recorded != done:
+        pieces.append(stepper.row[np.newaxis])
+    *middle, end = (np.concatenate(rows) if rows else None for rows in kept)
+    return Trajectory(np.concatenate(pieces), status, stopped, done, failure, middle[0] if middle else None, end)
+
+
+def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
+    """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step failed."""
+    table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
+    stepper.settings[0] = grid.rest
+    record = np.empty((1, stepper.sizes["row"]))
+    status, _ = stepper.run(1, 1, table, record)
+    stepper.settings[0] = grid.step
+    record[0, 0] = grid.end
+    return status, None if status else record[0]
+
+
+def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:
+    """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended with."""
+    before = stepper.inputs
+    if before is None:
+        return np.ascontiguousarray(inputs(times))
+    return np.concatenate([before[np.newaxis], inputs(times[1:])])
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[threading.Event]:
+    """Turn the first Ctrl-C into an event; the second one interrupts as usual. Other threads never see Ctrl-C."""
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield event
+        return
+    previous = signal.getsignal(signal.SIGINT) or signal.default_int_handler
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        event.set()
+        signal.signal(signal.SIGINT, previous)
+
+    signal.signal(signal.SIGINT, hear)
+    try:
+        yield event
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,67 @@
+"""States between recorded rows by the method itself: a Taylor step from the row before, to the tolerance of the run.
+
+Rows are all that a solution keeps. A series from a row is the polynomial that a step would have been, and where a row's spacing
+is longer than one series reaches, the stepper goes on to the next one by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.errors import NumericalError
+from eomgen.integrators.families.taylor import Taylor
+from eomgen.results.dense_output import Index, Rows
+from eomgen.simulation.inputs import InputSignals
+from eomgen.simulation.run import Run
+from eomgen.simulation.stepper import Stepper
+from eomgen.toolchain.library import Library
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TaylorBetween:
+    """Steps from rows, with the settings, parameters and inputs of a run."""
+
+    library: Library
+    settings: Mapping[str, float]
+    parameters: Array
+    signals: InputSignals | None
+
+    def __call__(self, rows: Rows, t: Array, index: Index) -> tuple[Array, Array, Array, Array]:
+        """Return q, v, a and z at times t (n,), each by a step from the row of its index.
+
+        Raises
+        ------
+        NumericalError
+            The step cannot be taken.
+        """
+        stepper = Stepper(self.library, self.settings, self.parameters)
+        record = np.empty((len(t), stepper.sizes["row"]))
+        for place, (time, before) in enumerate(zip(t, index, strict=True)):
+            row = before + 1 if time >= rows.t[before + 1] else before
+            start = float(rows.t[row])
+            if time <= start:
+                record[place] = np.concatenate([[time], *(array[row] for array in rows[1:])])
+                continue
+            stepper.settings[0] = float(time) - start
+            table = None if self.signals is None else self.signals.table(np.full(2, start))
+            status = stepper.initialize(start, rows.q[row], rows.v[row], table, rows.z[row])
+            if not status:
+                status, _ = stepper.run(1, 1, table, record[place : place + 1])
+            if status:
+                raise NumericalError(f"no state at t = {time:.9g} s: {stepper.status_text(status)}", "times of rows")
+        ends = np.cumsum([1, stepper.nq, stepper.nv, stepper.nv])
+        _, q, v, a, z = np.split(record, ends, axis=1)
+        return q, v, a, z
+
+
+def between_of(run: Run, stepper: Stepper) -> TaylorBetween | None:
+    """Return the way to states between the rows of a run; None where they are to be interpolated."""
+    if not isinstance(run.method, Taylor):
+        return None
+    return TaylorBetween(stepper.library, run.settings, run.parameters, run.signals if run.driven else None)

@@ -1,0 +1,143 @@
+"""Check every closed form of a scene, as compiled, against differences, complex steps and second derivations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.analysis.definiteness import indefinite_mass
+from eomgen.errors import Problem, UsageError
+from eomgen.mechanics.derive import ON_REQUEST, QUADRATIC, TERMS
+from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS
+from eomgen.pipeline import pipeline
+from eomgen.studies.verification.claims.beams import beam_forms
+from eomgen.studies.verification.claims.bodies import body_forms
+from eomgen.studies.verification.claims.claim import Form, Space
+from eomgen.studies.verification.claims.linear_models import linear_forms
+from eomgen.studies.verification.claims.motion import motion_forms
+from eomgen.studies.verification.claims.partials import constraint_forms, packed_forms, partial_forms
+from eomgen.studies.verification.claims.rates import rate_forms
+from eomgen.studies.verification.engines import Engine, compiled, on_tape
+from eomgen.studies.verification.report import CheckReport, FormReport
+from eomgen.studies.verification.roughness import Rough
+from eomgen.studies.verification.states import States, draw
+from eomgen.studies.verification.verdict import judged
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Model
+    from eomgen.pipeline.pipeline import Described
+    from eomgen.scene.scene import Scene
+    from eomgen.system.system import System
+
+#: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check alone.
+LARGE = 128
+#: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
+CLOSED = 8
+#: Functions that together hold all formulas of a scene.
+_OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs")
+#: Rates of other orders are made as those of the second are.
+_CHECKED = [name for name in TERMS if name not in RATE_TERMS or not name[-1].isdigit()]
+
+
+def check(
+    scene: Described,
+    *,
+    states: int = 8,
+    seed: int = 0,
+    only: Sequence[str] = (),
+    profile: str = "fast",
+) -> CheckReport:
+    """Check every closed form of a scene: separated terms, partials, constraints, bodies, energies.
+
+    The compiled functions are held against central differences of other compiled functions over a ladder of steps, against
+    complex steps on the tape, and against second derivations where there are any.
+
+    Parameters
+    ----------
+    states : int
+        How many: half of them along a short simulated motion, the others drawn around it.
+    seed : int
+        Of what is drawn.
+    only : sequence of str
+        Names of forms, or their beginnings; all by default.
+    profile : str
+        As of ``eomgen.build``.
+
+    Returns
+    -------
+    CheckReport
+        ``passed``, ``failures``, one FormReport for each closed form, ``write(folder)``.
+
+    Raises
+    ------
+    UsageError
+        A number of states or a seed that cannot be taken; no form of a name.
+    DescriptionError, ModelError, ToolchainError, FileError
+        As ``eomgen.build``.
+    """
+    if states < 1:
+        raise UsageError(Problem("states", f"a check needs at least one state, not {states}", "8"))
+    if seed < 0:
+        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is", "0"))
+    described = pipeline.as_scene(scene)
+    terms = _terms(described, only)
+    system = pipeline.derive(described, terms)
+    model = pipeline.build(described, terms, profile=profile)
+    engine, tape = compiled(model, system), on_tape(system)
+    rng = np.random.default_rng(seed)
+    beams = {body.name: body.beam.length for body in described.bodies if body.beam is not None}
+    found, space = draw(model, engine, beams, states, rng)
+    forms = _chosen(_forms(space, engine, system, described), only)
+    reports = tuple(_explained(judged(form, engine, tape, system, found, rng), model, found) for form in forms)
+    corners = Rough(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).corners()
+    return CheckReport(described.name, found.names, seed, reports, found.notes, tuple(corners))
+
+
+def _explained(report: FormReport, model: Model, found: States) -> FormReport:
+    """Return the report of a form, in words on the inertia matrix where that is not positive definite."""
+    if report.name != "mass.M, definite" or report.worst is None:
+        return report
+    q = found.blocks["q"][found.names.index(report.worst.state)]
+    inertia = indefinite_mass(model, q, model.parameter_array(), where=f"at {report.worst.state}")
+    if inertia is None:
+        return report
+    return replace(report, worst=replace(report.worst, explained=f"{inertia.what}; try: {inertia.hint}"))
+
+
+def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
+    """Return the terms to build: of those that only a name brings in, the ones that are asked about."""
+    size = pipeline.derive(scene, ["residual"]).nv
+    left_out = set(ON_REQUEST | QUADRATIC if size > LARGE else OF_RIGID_TREES if size > CLOSED else ())
+    if only:
+        asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
+        if size <= LARGE:  # of what is costly only what is named itself, not what begins with a name
+            left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
+        left_out |= {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)}
+    return [name for name in _CHECKED if name not in left_out]
+
+
+def _forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
+    return [
+        *motion_forms(space, engine),
+        *partial_forms(space, engine, system),
+        *constraint_forms(space, engine),
+        *packed_forms(space, engine, system),
+        *body_forms(space, engine),
+        *beam_forms(space, engine, system, scene),
+        *rate_forms(space, engine),
+        *linear_forms(space, engine, system, scene),
+    ]
+
+
+def _chosen(forms: Sequence[Form], only: Sequence[str]) -> list[Form]:
+    """Return the forms asked for. Raises UsageError when there is none of a name."""
+    from eomgen.text import nearest, shown  # noqa: PLC0415  # for a mistake only
+
+    for name in only:
+        if not any(form.name.startswith(name) for form in forms):
+            known = [*(form.name for form in forms), *_CHECKED]
+            raise UsageError(Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known)))
+    return [form for form in forms if not only or any(form.name.startswith(name) for name in only)]

@@ -1,0 +1,157 @@
+"""Closed forms of linear models about a state: influence of inputs and disturbances, partials of outputs and of constraints'
+accelerations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.compiled.coordinates import component_names, joint_factors
+from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
+from eomgen.scene.scene import Scene
+from eomgen.studies.verification.claims.claim import Directions, Form, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.engines import Array, Blocks, Engine
+from eomgen.system.system import BASE_LAYOUT, System
+
+FAMILY = "linear model"
+
+
+def linear_forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
+    """Return the forms of the terms that ``engine`` has."""
+    forms: list[Form] = []
+    residual, rate = ("residual", "r"), ("internal_rate", "zdot")
+    if "linearization" in engine:
+        of = {"M0": (residual, "a"), "C0": (residual, "v"), "K0": (residual, "q"), "Rz": (residual, "z"),
+              "Fq": (rate, "q"), "Fv": (rate, "v"), "Fz": (rate, "z")}  # fmt: skip
+        forms += _of_states(space, system, "linearization", of)
+        driven = {"B0": (residual, -1.0), "Fu": (rate, 1.0)}
+        disturbed = {"E0": (residual, -1.0), "Fw": (rate, 1.0)}
+        forms += _of_drives(space, system, scene, "linearization", driven, disturbed)
+    if "acceleration_partials" in engine:
+        forms += _of_rows(space, system)
+    if "joint_velocities" in engine:
+        forms += _of_joints(space, system, scene)
+    if "output_partials" in engine:
+        y = ("outputs", "y")
+        of = {f"Y{block}": (y, block) for block in ("q", "v", "a", "z", "lam")}
+        forms += _of_states(space, system, "output_partials", of)
+        forms += _of_drives(space, system, scene, "output_partials", {"Yu": (y, 1.0)}, {"Yw": (y, 1.0)})
+    return forms
+
+
+def _named(system: System, function: str) -> set[str]:
+    return {block.name for block in system.functions[function].outputs if block.refs}
+
+
+def _rows(space: Space, system: System, function: str) -> tuple[str, ...]:
+    if function == "outputs":
+        return tuple(f"{y.name}[{k}]" if y.size > 1 else y.name for y in system.outputs for k in range(y.size))
+    return space.rows["z" if function == "internal_rate" else "v"]
+
+
+def _of_states(
+    space: Space, system: System, term: str, of: Mapping[str, tuple[tuple[str, str], str]]
+) -> list[Form]:
+    there = _named(system, term)
+    return [
+        jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY,
+                 _rows(space, system, source[0]))
+        for name, (source, block) in of.items()
+        if name in there
+    ]  # fmt: skip
+
+
+def _of_drives(
+    space: Space, system: System, scene: Scene, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
+    disturbed: Mapping[str, tuple[tuple[str, str], float]],
+) -> list[Form]:  # fmt: skip
+    """Return the forms of partials in driven inputs, and in given inputs with the base's accelerations."""
+    there, nu = _named(system, term), system.nu
+    given, of_base = given_inputs(scene), base_disturbances(scene)
+    by_input = np.eye(nu)
+    names = tuple(item.name for item in scene.inputs)
+    free = driven_inputs(scene)
+    free_directions = {"u": by_input[list(free)]} if free else {}
+    outside = np.zeros((len(given) + len(of_base), nu))
+    outside[np.arange(len(given)), list(given)] = 1.0
+    accelerations = np.zeros((len(outside), sum(size for _, size, _ in BASE_LAYOUT)))
+    last = accelerations.shape[1]
+    accelerations[len(given) :, last - len(of_base) :] = np.eye(len(of_base))
+    disturbances: dict[str, Array] = {"u": outside} if nu and given else {}
+    disturbances |= {"base": accelerations} if of_base else {}
+    forms = []
+    for entries, rates, columns in (
+        (driven, free_directions, tuple(names[k] for k in free)),
+        (disturbed, disturbances, disturbance_names(scene)),
+    ):
+        for name, (source, sign) in entries.items():
+            if name in there:
+                meaning = f"{'-' if sign < 0 else ''}d {source[1]} / d{'u' if entries is driven else 'w'}"
+                forms.append(Form(
+                    f"{term}.{name}", meaning, FAMILY, output(term, name), source=_times(sign, output(*source)),
+                    directions=fixed(rates), rows=_rows(space, system, source[0]), columns=columns,
+                    functions=(source[0],),
+                ))  # fmt: skip
+    return forms
+
+
+def _times(sign: float, of: Value) -> Value:
+    return lambda engine, state: sign * of(engine, state)
+
+
+def _of_rows(space: Space, system: System) -> list[Form]:
+    """Return Aq and Av, partials of B a + g, the accelerations of the constraints."""
+
+    def rows(engine: Engine, state: Blocks) -> Array:
+        B = engine("constraint_jacobian", state)["B"]
+        return np.asarray((B @ state["a"][..., np.newaxis])[..., 0] + engine("constraint_bias", state)["g"])
+
+    return [
+        _of_accelerations(space, name, rows, block, space.along[block], space.rows["lam"])
+        for name, block in (("Aq", "q"), ("Av", "v"))
+        if name in _named(system, "acceleration_partials")
+    ]
+
+
+def _of_joints(space: Space, system: System, scene: Scene) -> list[Form]:
+    """Return the forms of the velocities of joints: their partials, their rates, and the partials of these."""
+    term, names = "joint_velocities", [name for f in joint_factors(scene) for name in component_names("", f.name, f.v_size)]
+    v, a = (term, "joint_v"), (term, "joint_a")
+    there = _named(system, term)
+
+    def motion(state: Blocks) -> dict[str, Array]:
+        rates = {"q": state["v"][..., np.newaxis, :], "v": state["a"][..., np.newaxis, :]}
+        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+
+    def speed(_: Engine, state: Blocks) -> Array:
+        """Return what partials that cancel are rounded by, whatever is left of them."""
+        return np.asarray(np.max(np.abs(state["v"]), axis=-1))
+
+    def turning(_: Engine, state: Blocks) -> Array:
+        return np.asarray(np.max(np.abs(state["a"]), axis=-1) + np.max(np.abs(state["v"]), axis=-1) ** 2)
+
+    partials = (("Pv", v, "v", None), ("Pq", v, "q", speed), ("Pav", a, "v", speed), ("Paq", a, "q", turning))
+    forms = [
+        replace(
+            jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names), size=scale
+        )
+        for name, source, block, scale in partials
+        if name in there
+    ]
+    return [*forms, Form(
+        f"{term}.joint_a", "d joint_v / dt", FAMILY, lambda engine, state: column(engine(term, state)["joint_a"]),
+        source=output(*v), directions=motion, rows=tuple(names), functions=(term,),
+    )]  # fmt: skip
+
+
+def _of_accelerations(
+    space: Space, name: str, rows: Value, block: str, along: Directions, names: Sequence[str]
+) -> Form:
+    return Form(
+        f"acceleration_partials.{name}", f"d (B a + g) / d{block}", FAMILY,
+        lambda engine, state: np.asarray(engine("acceleration_partials", state)[name] @ along.matrix),
+        source=rows, directions=lambda _: {block: along.matrix.T}, rows=tuple(names), columns=along.names,
+        functions=("constraint_jacobian", "constraint_bias"),
+    )  # fmt: skip

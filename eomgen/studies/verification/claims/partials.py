@@ -1,0 +1,234 @@
+"""Closed forms of partials: K, C, M, those of internal states and of constraints, and the packed matrices of implicit steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.studies.verification.claims.claim import Form, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
+from eomgen.symbolic.calculus.configuration import configuration_seeds
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol
+from eomgen.system.system import System
+
+PARTIALS, CONSTRAINTS = "partials", "constraints"
+#: Operations times directions up to which the residual is differentiated operation by operation.
+_DIFFERENTIATED = 150_000
+#: Multipliers that the reactions are seen by, a power of two.
+_MULTIPLIERS = 2.0**40
+
+
+def partial_forms(space: Space, engine: Engine, system: System) -> list[Form]:
+    """Return the forms of the terms that ``engine`` has."""
+    there = set(engine.functions)
+    residual = ("residual", "r")
+    forms: list[Form] = []
+    if "partials" in there:
+        by_tape = _differentiated(system)
+        for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
+            second, of = (by_tape[name], "the tape's own") if by_tape else (None, "")
+            meaning = f"d residual / d{block}"
+            forms.append(
+                jacobian(
+                    space, f"partials.{name}", "partials", name, residual, block, meaning, PARTIALS, space.rows["v"], second, of
+                )
+            )
+    if "internal_partials" in there:
+        rate = ("internal_rate", "zdot")
+        forms.append(jacobian(space, "internal_partials.Rz", "internal_partials", "Rz", residual, "z", "d residual / dz",
+                              PARTIALS, space.rows["v"]))  # fmt: skip
+        forms += [
+            jacobian(space, f"internal_partials.F{block}", "internal_partials", f"F{block}", rate, block, f"d zdot / d{block}",
+                     PARTIALS, space.rows["z"])
+            for block in ("q", "v", "z")
+        ]  # fmt: skip
+    return forms
+
+
+def constraint_forms(space: Space, engine: Engine) -> list[Form]:
+    """Return the forms of constraint rows; those at velocity level come after the holonomic ones."""
+    if "constraint_jacobian" not in engine:
+        return []
+    first = space.holonomic
+    along_q, along_v = space.along["q"], space.along["v"]
+
+    def motion(state: Blocks) -> dict[str, Array]:
+        rates = {"q": state["v"][..., np.newaxis, :]}
+        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+
+    def of_reactions(engine: Engine, state: Blocks) -> Array:
+        return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
+
+    rows, forms = space.rows["lam"], []
+    if first:
+        forms.append(Form(
+            "constraint_jacobian.B", "d Phi / dq", CONSTRAINTS,
+            lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix),
+            source=output("constraint", "Phi"), directions=lambda _: {"q": along_q.matrix.T}, rows=rows[:first],
+            columns=along_q.names, functions=("constraint",),
+        ))  # fmt: skip
+        forms.append(Form(
+            "constraint_velocity.w", "d Phi / dt", CONSTRAINTS,
+            lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
+            source=output("constraint", "Phi"), directions=lambda state: motion(_beside(state)), rows=rows[:first],
+            functions=("constraint",),
+            size=_rates_of_rows,
+        ))  # fmt: skip
+    forms.append(Form(
+        "constraint_jacobian.B by w", "d w / dv", CONSTRAINTS,
+        lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
+        source=output("constraint_velocity", "w"), directions=lambda _: {"v": along_v.matrix.T}, rows=rows,
+        columns=along_v.names, functions=("constraint_velocity",),
+        second=of_reactions, second_name="d residual / d lam",
+    ))  # fmt: skip
+    forms.append(Form(
+        "constraint_bias.g", "d w / dt at vdot = 0", CONSTRAINTS,
+        lambda engine, state: column(engine("constraint_bias", state)["g"]),
+        source=output("constraint_velocity", "w"), directions=motion, rows=rows, functions=("constraint_velocity",),
+        size=_bends_of_rows,
+    ))  # fmt: skip
+    forms.append(jacobian(space, "velocity_partials.Z", "velocity_partials", "Z", ("constraint_velocity", "w"), "q", "d w / dq",
+                          CONSTRAINTS, rows))  # fmt: skip
+    return forms
+
+
+def _beside(state: Blocks) -> dict[str, Array]:
+    """Return the state with velocities that constraints do not allow, where the rates of their rows do not vanish."""
+    return {**state, "v": state["v"] + 1.0}
+
+
+def _rates_of_rows(engine: Engine, state: Blocks) -> Array:
+    """Return the size of B v before its terms cancel, as they do on the constraints."""
+    B = engine("constraint_jacobian", state)["B"]
+    return np.asarray(np.max(np.abs(B) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
+
+
+def _bends_of_rows(engine: Engine, state: Blocks) -> Array:
+    Z = engine("velocity_partials", state)["Z"]
+    return np.asarray(np.max(np.abs(Z) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
+
+
+def _by_multipliers(engine: Engine, state: Blocks) -> Array:
+    """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
+
+    Large ones leave nothing of the rounding of other forces, those of stiff beams for instance.
+    """
+    large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
+    around = {name: array[..., np.newaxis, :] for name, array in state.items()}
+    forth = engine("residual", {**around, "lam": around["lam"] + large})["r"]
+    back = engine("residual", {**around, "lam": around["lam"] - large})["r"]
+    return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
+
+
+def packed_forms(space: Space, engine: Engine, system: System) -> list[Form]:
+    """Return the forms of what implicit steppers evaluate: nonzeros of all matrices together, and all rows together."""
+    forms: list[Form] = []
+    if "equations" in engine:
+        same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
+                "zdot": ("internal_rate", "z")}  # fmt: skip
+        names = [block.name for block in system.functions["equations"].outputs if same[block.name][0] in engine and block.refs]
+        forms += [_same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names]
+    if "iteration" in engine:
+        sources = {"K": "partials", "C": "partials", "M": "partials", "B": "constraint_jacobian", "Z": "velocity_partials"}
+        sources |= dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials")
+        blocks = [block.name for block in system.functions["iteration"].outputs]
+        if "X" in blocks:
+            forms += _eliminated(space, engine, system)
+        else:
+            forms += [_unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine]
+    if "jacobian_values" in engine:
+        forms.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
+    return forms
+
+
+def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Form:
+    """Return the form of rows that two functions give, compared beside the motion, where they do not vanish."""
+
+    def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
+        away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)
+        return away | {name: state[name] + 1.0 for name in ("v", "a", "lam") if name in state}
+
+    def of(function: str) -> Value:
+        return lambda engine, state: column(engine(function, beside(engine, state))[entry])
+
+    return Form(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
+
+
+def _unpacked(function: str, name: str, other: str, system: System) -> Form:
+    shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        if not system.patterns[name]:  # nothing of it is there, and the function in C has no output for nothing
+            return np.zeros((*state["q"].shape[:-1], *shape))
+        return _dense(engine(function, state)[name], system.patterns[name], shape)
+
+    return Form(
+        f"{function}.{name}", f"nonzeros of {name}", PARTIALS, value,
+        second=lambda engine, state: engine(other, state)[name], second_name=other,
+    )  # fmt: skip
+
+
+def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
+    full = np.zeros((*values.shape[:-1], *shape), values.dtype)
+    if places:
+        full[(..., *np.transpose(places))] = values
+    return full
+
+
+def _eliminated(space: Space, engine: Engine, system: System) -> list[Form]:
+    """Return K, C and M of a long tree's extended system, its inner unknowns eliminated."""
+    from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
+    from scipy.sparse.linalg import splu  # noqa: PLC0415
+
+    nv, inner = space.nv, len(system.inner_owners)
+
+    def one(name: str, W: Array, state: Blocks, engine: Engine) -> Array:
+        found = engine("iteration", state)
+        outer = _dense(found[name], system.patterns[name], (nv + inner, nv)) @ W
+        result = np.array(outer[..., :nv, :])
+        for place in np.ndindex(outer.shape[:-2]):
+            rows, columns = np.transpose(system.patterns["X"])
+            X = csc_array((found["X"][place], (rows, columns)), shape=(nv + inner, inner))
+            result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
+        return result
+
+    def form(name: str, block: str) -> Form:
+        W = space.along[block].matrix
+        also = "partials" in engine
+        return Form(
+            f"iteration.{name}", f"d residual / d{block}", PARTIALS, lambda engine, state: one(name, W, state, engine),
+            source=output("residual", "r"), directions=fixed({block: W.T}),
+            second=(lambda engine, state: np.asarray(engine("partials", state)[name] @ W)) if also else None,
+            second_name="partials" if also else "", rows=space.rows["v"], columns=space.along[block].names,
+            functions=("residual",),
+        )  # fmt: skip
+
+    return [form(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
+
+
+def _differentiated(system: System) -> dict[str, Value]:
+    """Return K, C and M by forward differentiation of the residual's operations, unless that would be too much."""
+    tape, nv = system.tape, system.nv
+    residual = system.functions["residual"]
+    if len(tape.live(residual.refs)) * nv > _DIFFERENTIATED:
+        return {}
+    seeds = configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in system.factors])
+    for k in range(nv):
+        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    tangents = forward_partials(tape, residual.refs, seeds)
+
+    def of(first: int) -> Value:
+        refs = [tangent.get(first + k, ZERO) for tangent in tangents for k in range(nv)]
+        needed = {symbol.block for symbol in tape.depends_on(refs)}
+
+        def value(engine: Engine, state: Blocks) -> Array:
+            with np.errstate(all="ignore"):
+                values = evaluate(tape, refs, {name: array for name, array in state.items() if name in needed | {"q"}})
+            return values.reshape(*values.shape[:-1], nv, nv)
+
+        return value
+
+    return {name: of(k * nv) for k, name in enumerate("KCM")}

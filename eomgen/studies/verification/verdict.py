@@ -1,0 +1,124 @@
+"""One closed form judged: what differs by more than is known of the numbers that it is held against."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from eomgen.studies.verification.claims.claim import Form
+from eomgen.studies.verification.differences import LADDER, complex_steps, differences
+from eomgen.studies.verification.engines import Array, Blocks, Engine
+from eomgen.studies.verification.kinks import Remarks, bends
+from eomgen.studies.verification.report import Disagreement, FormReport, Verdict
+from eomgen.studies.verification.roughness import Rough
+from eomgen.studies.verification.states import States
+from eomgen.studies.verification.tolerances import BARS, Sizes, sizes_of
+from eomgen.system.system import System
+
+
+def judged(form: Form, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator) -> FormReport:
+    """Return what is found of a form at states.
+
+    Parameters
+    ----------
+    engine, tape : the compiled functions, and those that take complex numbers
+    rng : what the condition is measured with
+    """
+    remarks, names, state = Remarks(), states.names, dict(states.blocks)
+    report = FormReport(form.name, form.meaning, form.family, "no state", second_name=form.second_name)
+    if form.source is not None and names:
+        inside = np.array(np.isfinite(form.source(engine, state)).all(axis=-1))
+        for k in np.flatnonzero(~inside):
+            remarks.add(names[k], "not a number")
+        state = {name: array[inside] for name, array in state.items()}
+        names = tuple(names[k] for k in np.flatnonzero(inside))
+    if not names:
+        return replace(report, remarks=remarks.texts)
+    rough = Rough(system, (*form.functions, "base") if "base" in system.functions else form.functions)
+    value = form.value(engine, state)
+    finite = np.array(np.isfinite(value))
+    value = np.where(finite, value, 0.0)
+    singular = np.array(~finite.all(axis=(-2, -1)))
+    failures = _not_numbers(form, rough, state, names, finite, remarks)
+    sizes = sizes_of(form, engine, state, value, rng)
+    undecided = bool(singular.all())
+    if form.source is not None:
+        found, exact = differences(form, engine, state), complex_steps(form, engine, tape, state)
+        bent = bends(form, engine, rough, state, names, value, finite, found, sizes, remarks)
+        smooth = ~(singular | bent.any(axis=(-2, -1)))
+        allowed = BARS * found.bar + sizes.differences
+        failures += _worst(form, names, finite & ~bent, value, found.best, allowed, "finite differences")
+        failures += _worst(form, names, finite, value, exact, sizes.exact, "complex step")
+        undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(found.bar)).any())
+        with np.errstate(all="ignore"):
+            by_step = np.max((np.abs(found.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0)
+        best, step, slope = _best(by_step) if smooth.any() else (None, None, None)
+        report = replace(
+            report, agreement=best, step=step, slope=slope, complex_step=_largest(exact - value, sizes, smooth),
+            errors=tuple(by_step.tolist()),
+        )  # fmt: skip
+    if form.second is not None:
+        second = form.second(engine, state)
+        failures += _worst(form, names, finite, value, second, sizes.exact, form.second_name)
+        report = replace(report, second=_largest(second - value, sizes, ~singular))
+    verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
+    return replace(report, verdict=verdict, remarks=remarks.texts, worst=failures[0] if failures else None)
+
+
+def _not_numbers(
+    form: Form, rough: Rough, state: Blocks, names: tuple[str, ...], finite: Array, remarks: Remarks
+) -> list[Disagreement]:
+    """Return the states at which the closed form is not a number though nothing in the formulas says why; remark the others."""
+    failures = []
+    for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
+        found = rough.singular({name: array[k] for name, array in state.items()})
+        for what in found:
+            remarks.add(names[k], "unbounded derivative", what)
+        if not found:
+            entry = _named(form, np.argwhere(~finite[k])[0])
+            failures.append(Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf")))
+    return failures
+
+
+def _worst(
+    form: Form, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
+) -> list[Disagreement]:
+    """Return the entry that is farthest off, in units of what is allowed, if one of those counted is off by more."""
+    with np.errstate(all="ignore"):
+        off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
+    if not off.size or not np.max(off) > 1.0:
+        return []
+    at = np.unravel_index(int(np.argmax(off)), off.shape)
+    bar = float(np.broadcast_to(allowed, off.shape)[at])
+    return [Disagreement(names[int(at[0])], _named(form, at[1:]), float(value[at]), float(expected[at]), by, bar)]
+
+
+def _named(form: Form, place: object) -> str:
+    row, column = (int(number) for number in np.asarray(place).tolist())
+    of_row = form.rows[row] if row < len(form.rows) else f"row {row}"
+    if not form.columns:
+        return of_row
+    return f"{of_row} along {form.columns[column]}"
+
+
+def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:
+    """Return the largest difference of the chosen states, relative to their sizes; None where nothing is finite."""
+    relative = (np.abs(difference) / sizes.state)[chosen]
+    known = relative[np.isfinite(relative)]
+    return float(np.max(known)) if known.size else None
+
+
+def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
+    """Return the smallest error, its step, and the slope of the errors at larger steps where they are no round-off."""
+    if not np.isfinite(errors).any():
+        return None, None, None
+    least = int(np.nanargmin(errors))
+    best = float(errors[least])
+    with np.errstate(all="ignore"):
+        logs = np.log10(errors)
+    inner = [k for k in range(least) if np.isfinite(logs[k]) and 30.0 * best < errors[k] < 0.1]
+    pairs = [k for k in inner if k + 1 in inner]
+    across = [k for k in pairs if errors[k + 1] >= errors[k]]  # steps as large as these go over a bend
+    slopes = [float(logs[k] - logs[k + 1]) / 0.5 for k in pairs if not across or k > across[-1]]
+    return best, float(LADDER[least]), float(np.median(slopes)) if slopes else None

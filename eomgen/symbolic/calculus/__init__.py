@@ -1,0 +1,1 @@
+"""Calculus from tape to tape: partials, gradients, jets in time."""

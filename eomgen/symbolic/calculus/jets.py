@@ -1,0 +1,259 @@
+"""Jets: truncated Taylor coefficients in time of everything on a tape, as operations on the same tape.
+
+A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives (2008),
+table 13.2. Input symbols own their jets: see ``configuration``.
+
+Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of SQRT, LOG,
+POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from eomgen.symbolic.map import record
+from eomgen.symbolic.operations import CurveLike
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+
+Jet = Sequence[Ref]
+
+
+def jets(tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> list[list[Ref]]:
+    """Return the Taylor coefficients of outputs from those of independent quantities.
+
+    Parameters
+    ----------
+    input_jets : mapping from InputSymbol, or reference of a node, to [x_0, x_1, ...]
+        Normalised coefficients; those beyond the list are zero, and all other inputs are constant in time. x_0 is usually the
+        input itself; another reference there substitutes it.
+    order : int
+        Highest power of time.
+
+    Returns
+    -------
+    list of [c_0, ..., c_order]
+        One per output; c_0 is the output itself unless inputs were substituted.
+    """
+    algebra = JetAlgebra(tape)
+    given = {abs(node): jet for node, jet in _given(tape, input_jets, order)}
+    known: dict[int, list[Ref]] = {}
+    of_maps: dict[int, list[list[Ref]]] = {}
+
+    def jet(ref: Ref) -> list[Ref]:
+        coefficients = known[abs(ref)]
+        return coefficients if ref > 0 else algebra.scale(-ONE, coefficients)
+
+    for node in tape.live(outputs):
+        op = tape.op[node]
+        if node in given:
+            known[node] = given[node]
+        elif op in (Op.CONST, Op.INPUT):
+            known[node] = [node] + [ZERO] * order
+        elif op is Op.MAP:
+            number = tape.a[node]
+            if number not in of_maps:
+                from eomgen.symbolic.calculus.loops import map_jets  # noqa: PLC0415  # the jets of its kernel are computed here
+
+                of_maps[number] = map_jets(tape, number, jet, order)
+            known[node] = of_maps[number][tape.b[node]]
+        elif op is Op.CURVE:
+            curve, derivative = tape.curves[tape.b[node]]
+            known[node] = algebra.curve(curve, derivative, jet(tape.a[node]))
+        else:
+            operands = [jet(ref) for ref in tape.operands(node)]
+            value = record(tape, op, [operand[0] for operand in operands])
+            known[node] = algebra.apply(op, value, operands) if any(map(_varies, operands)) else [value] + [ZERO] * order
+    return [jet(ref) for ref in outputs]
+
+
+def taylor_coefficients(tape: Tape, derivatives: Sequence[Ref]) -> list[Ref]:
+    """Return the jet [x, x', x''/2, ...] of a quantity from its time derivatives [x, x', x'', ...]."""
+    return [tape.mul(tape.constant(1.0 / math.factorial(k)), ref) for k, ref in enumerate(derivatives)]
+
+
+def time_derivatives(tape: Tape, jet: Jet) -> list[Ref]:
+    """Return the time derivatives [x, x', x'', ...] of a quantity from its jet."""
+    return [tape.mul(tape.constant(float(math.factorial(k))), ref) for k, ref in enumerate(jet)]
+
+
+def coefficient(jet: Jet, k: int) -> Ref:
+    """Return coefficient k of a jet; beyond its list it is zero."""
+    return jet[k] if k < len(jet) else ZERO
+
+
+class JetAlgebra:
+    """Operations between jets of equal length."""
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+        self._sine_cosine: dict[tuple[str, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
+
+    def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:
+        """Return the jet of an operation from the jets of its operands; ``value`` is its coefficient of order 0."""
+        tape, x = self.tape, operands[0]
+        flat = [value] + [ZERO] * (len(x) - 1)
+        match op:
+            case Op.ADD:
+                return self.add(x, operands[1])
+            case Op.SUB:
+                return self.add(x, self.scale(-ONE, operands[1]))
+            case Op.MUL:
+                return self.multiply(x, operands[1])
+            case Op.DIV:
+                return self.divide(x, operands[1])
+            case Op.SQRT:
+                return self._sqrt(x, value)
+            case Op.SIN:
+                return self._trigonometric("circular", x)[0]
+            case Op.COS:
+                return self._trigonometric("circular", x)[1]
+            case Op.SINH:
+                return self._trigonometric("hyperbolic", x)[0]
+            case Op.COSH:
+                return self._trigonometric("hyperbolic", x)[1]
+            case Op.EXP:
+                return self._driven(x, value, 0.0, linear=True)
+            case Op.TAN:
+                return self._driven(x, value, 1.0)
+            case Op.TANH:
+                return self._driven(x, value, -1.0)
+            case Op.LOG:
+                return self.integrate(value, self.divide(self.rate(x), x[:-1]))
+            case Op.ATAN:
+                denominator = self.add([ONE] + [ZERO] * (len(x) - 2), self.multiply(x[:-1], x[:-1]))
+                return self.integrate(value, self.divide(self.rate(x), denominator))
+            case Op.ASIN | Op.ACOS:
+                rest = self.add([ONE] + [ZERO] * (len(x) - 2), self.scale(-ONE, self.multiply(x[:-1], x[:-1])))
+                root = self._sqrt(rest, tape.call(Op.SQRT, rest[0]))
+                rate = self.divide(self.rate(x), root)
+                return self.integrate(value, rate if op is Op.ASIN else self.scale(-ONE, rate))
+            case Op.ATAN2:
+                return self.integrate(value, self._angle_rate(x, operands[1]))
+            case Op.POW:
+                return self._power(x, operands[1], value)
+            case Op.ABS:
+                return [value, *self.scale(tape.call(Op.SIGN, x[0]), x[1:])]
+            case Op.MIN | Op.MAX:
+                first = (x[0], operands[1][0]) if op is Op.MIN else (operands[1][0], x[0])
+                condition = tape.call(Op.LE, *first)
+                return [value, *(tape.select(condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
+            case Op.SELECT:
+                return [value, *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True))]
+            case _:  # SIGN, LT and LE are flat
+                return flat
+
+    def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
+        """Return the jet of a curve: its rate is its next derivative, whose jet is one coefficient shorter, times that of x."""
+        value = self.tape.curve(curve, derivative, x[0])
+        if not _varies(x):
+            return [value] + [ZERO] * (len(x) - 1)
+        return self.integrate(value, self.multiply(self.curve(curve, derivative + 1, x[:-1]), self.rate(x)))
+
+    def scale(self, factor: Ref, x: Jet) -> list[Ref]:
+        return [self.tape.mul(factor, ref) for ref in x]
+
+    def add(self, x: Jet, y: Jet) -> list[Ref]:
+        return [self.tape.add(p, q) for p, q in zip(x, y, strict=True)]
+
+    def multiply(self, x: Jet, y: Jet) -> list[Ref]:
+        if list(x) == list(y):
+            return [self._square(x, k) for k in range(len(x))]
+        return [self._convolution(x, y, k, 0, k) for k in range(len(x))]
+
+    def divide(self, x: Jet, y: Jet) -> list[Ref]:
+        if not y:
+            return []
+        reciprocal, z = self.tape.div(ONE, y[0]), [self.tape.div(x[0], y[0])]
+        for k in range(1, len(x)):
+            z.append(self.tape.mul(reciprocal, self.tape.sub(x[k], self._convolution(y, z, k, 1, k))))
+        return z
+
+    def rate(self, x: Jet) -> list[Ref]:
+        """Return the jet of dx/dt, one coefficient shorter."""
+        return [self.tape.mul(self.tape.constant(float(k)), x[k]) for k in range(1, len(x))]
+
+    def integrate(self, start: Ref, rate: Jet) -> list[Ref]:
+        """Return the jet that starts at ``start`` and has the given rate, one coefficient longer."""
+        return [start, *(self.tape.mul(self.tape.constant(1.0 / (k + 1)), ref) for k, ref in enumerate(rate))]
+
+    def _convolution(self, x: Jet, y: Jet, k: int, first: int, last: int) -> Ref:
+        total = ZERO
+        for i in range(first, last + 1):
+            total = self.tape.add(total, self.tape.mul(x[i], y[k - i]))
+        return total
+
+    def _square(self, x: Jet, k: int, first: int = 0) -> Ref:
+        """Return the sum of x_i x_{k-i} for i = first .. k - first, each product once."""
+        total = ZERO
+        for i in range(first, (k + 1) // 2):
+            total = self.tape.add(total, self.tape.mul(x[i], x[k - i]))
+        total = self.tape.mul(self.tape.constant(2.0), total)
+        return total if k % 2 or k // 2 < first else self.tape.add(total, self.tape.mul(x[k // 2], x[k // 2]))
+
+    def _sqrt(self, x: Jet, value: Ref) -> list[Ref]:
+        if not x:
+            return []
+        z = [value]
+        half = self.tape.div(self.tape.constant(0.5), value) if _varies(x) else ZERO
+        for k in range(1, len(x)):
+            z.append(self.tape.mul(half, self.tape.sub(x[k], self._square(z, k, 1))))
+        return z
+
+    def _trigonometric(self, kind: str, x: Jet) -> tuple[list[Ref], list[Ref]]:
+        """Return the jets of sine and cosine, circular or hyperbolic, which need each other."""
+        key = (kind, tuple(x))
+        if key not in self._sine_cosine:
+            ops = (Op.SIN, Op.COS) if kind == "circular" else (Op.SINH, Op.COSH)
+            sign = -1.0 if kind == "circular" else 1.0
+            sine, cosine = ([self.tape.call(op, x[0])] for op in ops)
+            slope = [ZERO, *self.rate(x)]
+            for k in range(1, len(x)):
+                s, c = self._convolution(slope, cosine, k, 1, k), self._convolution(slope, sine, k, 1, k)
+                sine.append(self.tape.mul(self.tape.constant(1.0 / k), s))
+                cosine.append(self.tape.mul(self.tape.constant(sign / k), c))
+            self._sine_cosine[key] = (sine, cosine)
+        return self._sine_cosine[key]
+
+    def _driven(self, x: Jet, value: Ref, square: float, linear: bool = False) -> list[Ref]:
+        """Return the jet of z with z' = w x', where w = z if ``linear``, else 1 + square z^2."""
+        slope, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
+        for k in range(1, len(x)):
+            if linear:
+                w.append(z[-1])
+            else:
+                w.append(self.tape.mul(self.tape.constant(square), self._square(z, k - 1)))
+                w[-1] = self.tape.add(w[-1], ONE if k == 1 else ZERO)
+            z.append(self.tape.mul(self.tape.constant(1.0 / k), self._convolution(slope, w, k, 1, k)))
+        return z
+
+    def _angle_rate(self, y: Jet, x: Jet) -> list[Ref]:
+        """Return the jet of d/dt atan2(y, x) = (x y' - y x') / (x^2 + y^2)."""
+        low_y, low_x = y[:-1], x[:-1]
+        moment = self.add(self.multiply(low_x, self.rate(y)), self.scale(-ONE, self.multiply(low_y, self.rate(x))))
+        return self.divide(moment, self.add(self.multiply(low_x, low_x), self.multiply(low_y, low_y)))
+
+    def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
+        tape = self.tape
+        if _varies(exponent):
+            logarithm = self.integrate(tape.call(Op.LOG, x[0]), self.divide(self.rate(x), x[:-1]))
+            return self._driven(self.multiply(exponent, logarithm), value, 0.0, linear=True)
+        z, reciprocal = [value], tape.div(ONE, x[0])
+        for k in range(1, len(x)):
+            total = ZERO
+            for i in range(1, k + 1):
+                weight = tape.sub(tape.mul(tape.constant(float(i)), exponent[0]), tape.constant(float(k - i)))
+                total = tape.add(total, tape.mul(weight, tape.mul(x[i], z[k - i])))
+            z.append(tape.mul(tape.mul(tape.constant(1.0 / k), reciprocal), total))
+        return z
+
+
+def _varies(x: Jet) -> bool:
+    return any(ref != ZERO for ref in x[1:])
+
+
+def _given(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
+    for key, jet in input_jets.items():
+        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
+        sign = ONE if ref > 0 else -ONE
+        yield ref, [tape.mul(sign, coefficient(jet, k)) for k in range(order + 1)]

@@ -1,0 +1,249 @@
+"""Calculus on Maps: the derivative, the adjoint and the jet of a loop are loops again.
+
+The kernel is differentiated once, whatever the number of elements; derivatives of carries are carries (Griewank and Walther
+2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import cast
+
+from eomgen.symbolic.calculus.jets import jets
+from eomgen.symbolic.calculus.partials import Tangent, forward_partials, signed_tangent, weighted_gradient
+from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
+from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+
+
+def map_partials(tape: Tape, number: int, tangents: Mapping[int, Tangent]) -> list[Tangent]:
+    """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
+
+    One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached by few of
+    the directions) the loop gives the local partials of each element instead, which are combined outside.
+    """
+    loop = cast("Map", tape.maps[number])
+    outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
+    directions = sorted({direction for column in outer.values() for tangent in column for direction in tangent})
+    reached = sum(len(tangent) for symbol, column in outer.items() if symbol.block == "gather" for tangent in column)
+    slots = sum(any(column) for symbol, column in outer.items() if symbol.block == "gather")
+    if not loop.initial and 4 * reached < loop.count * slots * len(directions):
+        return _combined_partials(tape, loop, outer)
+    growth = _Growth(loop)
+    seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
+    for direction in directions:
+        touched = {symbol for symbol, column in outer.items() if any(direction in tangent for tangent in column)}
+        for symbol in _moving(loop, touched):
+            column = [tangent.get(direction, ZERO) for tangent in outer[symbol]]
+            seeds.setdefault(symbol, {})[direction] = growth.add_input(symbol, direction, column)
+    return growth.finish(tape, forward_partials(growth.kernel, growth.refs, seeds))
+
+
+def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int) -> list[list[Ref]]:
+    """Return the jet of every result of a Map, numbered like its results, from the jets of outer references."""
+    loop = cast("Map", tape.maps[number])
+    outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
+    loop = replace(
+        loop,
+        shared=tuple(jet(ref)[0] for ref in loop.shared),
+        gather=tuple(tuple(jet(ref)[0] for ref in slot) for slot in loop.gather),
+        initial=tuple(jet(ref)[0] for ref in loop.initial),
+    )
+    growth = _Growth(loop)
+    seeds: dict[Ref | InputSymbol, Sequence[Ref]] = {}
+    varying = {symbol for symbol, column in outer.items() if any(ref != ZERO for path in column for ref in path[1:])}
+    for symbol in _moving(loop, varying):
+        later = [growth.add_input(symbol, k, [path[k] for path in outer[symbol]]) for k in range(1, order + 1)]
+        seeds[symbol] = [growth.kernel.input(symbol.block, symbol.index), *later]
+    found = jets(growth.kernel, growth.refs, seeds, order)
+    rows = growth.finish(tape, [{k: ref for k, ref in enumerate(path) if k and ref != ZERO} for path in found])
+    values = add_map(tape, loop).flat
+    return [[value, *(row.get(k, ZERO) for k in range(1, order + 1))] for value, row in zip(values, rows, strict=True)]
+
+
+def map_adjoints(tape: Tape, number: int, adjoints: Mapping[int, Ref]) -> list[tuple[Ref, Ref]]:
+    """Return (outer reference, its adjoint) for all that a Map gathers, from {number of result: adjoint}."""
+    loop = cast("Map", tape.maps[number])
+    kernel = Tape()
+    refs = splice(kernel, loop.kernel, loop.kernel_refs, {})
+    carried = [] if not loop.initial else _carries_of_elements(tape, loop)
+    shared, gather = list(loop.shared), [tuple(reversed(slot)) for slot in (*loop.gather, *carried)]
+    stored = {InputSymbol("carry", k): kernel.input("gather", len(loop.gather) + k) for k in range(len(loop.initial))}
+    sums, last, stacked = loop.split_kernel(splice(kernel, kernel, refs, stored))
+    outputs: list[Ref] = []
+    weights: list[Ref] = []
+    for k, ref in enumerate(sums):
+        if k in adjoints:
+            outputs.append(ref)
+            weights.append(kernel.input("shared", len(shared)))
+            shared.append(adjoints[k])
+    for k, ref in enumerate(last):
+        outputs.append(ref)
+        weights.append(kernel.input("carry", k))
+    start = len(sums) + len(last)
+    for k, ref in enumerate(stacked):
+        column = [adjoints.get(start + i * len(stacked) + k, ZERO) for i in range(loop.count)]
+        if any(adjoint != ZERO for adjoint in column):
+            outputs.append(ref)
+            weights.append(kernel.input("gather", len(gather)))
+            gather.append(tuple(reversed(column)))
+    inputs = [
+        *(kernel.input("shared", j) for j in range(len(loop.shared))),
+        *(stored[InputSymbol("carry", k)] for k in range(len(last))),
+        *(kernel.input("gather", j) for j in range(len(loop.gather))),
+    ]
+    of_shared, of_carry, of_gather = _split(weighted_gradient(kernel, outputs, weights, inputs), len(loop.shared), len(last))
+    backward = Map(
+        kernel, loop.count, tuple(tuple(reversed(column)) for column in loop.elements), tuple(shared), tuple(gather),
+        tuple(adjoints.get(len(sums) + k, ZERO) for k in range(len(last))),
+        tuple(of_shared), tuple(of_carry), tuple(of_gather), loop.label,
+    )  # fmt: skip
+    found = add_map(tape, compact(backward, range(len(last))))
+    pairs = [*zip(loop.shared, found.sums, strict=True), *zip(loop.initial, found.last, strict=True)]
+    for row, i in zip(found.rows, reversed(range(loop.count)), strict=True):
+        pairs += [(slot[i], adjoint) for slot, adjoint in zip(loop.gather, row, strict=True)]
+    return pairs
+
+
+def compact(loop: Map, wanted: Iterable[int]) -> Map:
+    """Return a Map without what its sums, its rows and its ``wanted`` carries do not need; wanted carries come first."""
+    carries = list(wanted)
+    needed: set[InputSymbol] = set()
+    fresh = loop.kernel.depends_on([*loop.sums, *loop.stacked, *(loop.last[k] for k in carries)])
+    while fresh:
+        needed |= fresh
+        others = sorted({symbol.index for symbol in fresh if symbol.block == "carry"} - set(carries))
+        carries += others
+        fresh = loop.kernel.depends_on([loop.last[k] for k in others]) - needed
+    kernel = Tape()
+    kept = {block: sorted(symbol.index for symbol in needed if symbol.block == block) for block in KERNEL_BLOCKS}
+    kept["carry"] = carries
+    bindings = {InputSymbol(name, old): kernel.input(name, new) for name in KERNEL_BLOCKS for new, old in enumerate(kept[name])}
+    refs = splice(kernel, loop.kernel, [*loop.sums, *(loop.last[k] for k in carries), *loop.stacked], bindings)
+    sums, last, stacked = _split(refs, len(loop.sums), len(carries))
+    return Map(
+        kernel, loop.count, tuple(loop.elements[k] for k in kept["element"]), tuple(loop.shared[k] for k in kept["shared"]),
+        tuple(loop.gather[k] for k in kept["gather"]), tuple(loop.initial[k] for k in carries),
+        tuple(sums), tuple(last), tuple(stacked), loop.label,
+    )  # fmt: skip
+
+
+class _Growth:
+    """A copy of a Map whose kernel takes further inputs, each the companion (a tangent, a coefficient) of an old one."""
+
+    def __init__(self, loop: Map) -> None:
+        self.loop = loop
+        self.kernel = Tape()
+        self.refs = splice(self.kernel, loop.kernel, loop.kernel_refs, {})
+        self._shared, self._gather, self._initial = list(loop.shared), list(loop.gather), list(loop.initial)
+        self._carried: list[tuple[int, int]] = []
+
+    def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
+        """Return the kernel reference of companion ``label`` of a kernel input; ``column`` holds its outer references."""
+        constant = column[0] in (ZERO, ONE) and all(ref == column[0] for ref in column)
+        if symbol.block == "carry":
+            self._initial.append(column[0])
+            self._carried.append((symbol.index, label))
+            return self.kernel.input("carry", len(self._initial) - 1)
+        if constant:
+            return column[0]
+        if symbol.block == "shared":
+            self._shared.append(column[0])
+            return self.kernel.input("shared", len(self._shared) - 1)
+        self._gather.append(tuple(column))
+        return self.kernel.input("gather", len(self._gather) - 1)
+
+    def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
+        """Put the loop that computes companions of all results on a tape; ``companions`` are those of the kernel references."""
+        loop = self.loop
+        sums, last, stacked = loop.split_kernel(companions)
+        old = len(loop.last)
+        old_last = self.refs[len(sums) : len(sums) + old]
+        grown = Map(
+            self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather), tuple(self._initial),
+            tuple(ref for row in sums for ref in row.values()),
+            (*old_last, *(last[k].get(label, ZERO) for k, label in self._carried)),
+            tuple(ref for row in stacked for ref in row.values()), loop.label,
+        )  # fmt: skip
+        found = add_map(tape, compact(grown, range(old, len(self._initial))))
+        finals: list[Tangent] = [{} for _ in loop.last]
+        for (k, label), ref in zip(self._carried, found.last, strict=False):  # old carries that are still needed follow
+            finals[k][label] = ref
+        tangents = _labelled(sums, found.sums) + finals + [tangent for row in found.rows for tangent in _labelled(stacked, row)]
+        return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
+
+
+def _combined_partials(tape: Tape, loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]]) -> list[Tangent]:
+    active = [symbol for symbol, column in outer.items() if any(column)]
+    kernel = Tape()
+    refs = splice(kernel, loop.kernel, loop.kernel_refs, {})
+    partials = forward_partials(kernel, refs, {symbol: {k: ONE} for k, symbol in enumerate(active)})
+    sums, _, stacked = loop.split_kernel(partials)
+    summed = [{k: ref for k, ref in row.items() if active[k].block == "shared"} for row in sums]
+    local = [{k: ref for k, ref in row.items() if active[k].block == "gather"} for row in sums] + stacked
+    found = add_map(
+        tape,
+        compact(
+            replace(
+                loop, kernel=kernel, sums=tuple(ref for row in summed for ref in row.values()),
+                stacked=tuple(ref for row in local for ref in row.values()),
+            ),
+            (),
+        ),
+    )  # fmt: skip
+    totals = [_combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _labelled(summed, found.sums)]
+    rows: list[Tangent] = []
+    for i, row in enumerate(found.rows):
+        here = [outer[symbol][i if symbol.block == "gather" else 0] for symbol in active]
+        of_sums, of_rows = _split(_labelled(local, row), len(loop.sums), 0)[::2]
+        totals = [_combine(tape, total, partial, here) for total, partial in zip(totals, of_sums, strict=True)]
+        rows += [_combine(tape, {}, partial, here) for partial in of_rows]
+    return totals + rows
+
+
+def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: Sequence[Tangent]) -> Tangent:
+    """Return total + sum_k partials[k] tangents[k]."""
+    result = dict(total)
+    for k, partial in partials.items():
+        for direction, tangent in tangents[k].items():
+            result[direction] = tape.add(result.get(direction, ZERO), tape.mul(partial, tangent))
+    return {direction: ref for direction, ref in result.items() if ref != ZERO}
+
+
+def _carries_of_elements(tape: Tape, loop: Map) -> list[tuple[Ref, ...]]:
+    """Return, for each carry, its value on entry to every element."""
+    kernel = Tape()
+    last = tuple(splice(kernel, loop.kernel, loop.last, {}))
+    carries = tuple(kernel.input("carry", k) for k in range(len(last)))
+    rows = add_map(tape, compact(replace(loop, kernel=kernel, sums=(), last=last, stacked=carries), ())).rows
+    return [tuple(row[k] for row in rows) for k in range(len(carries))]
+
+
+def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
+    """Return the outer references behind each kernel input; one for shared and carry, one per element for gather."""
+    columns: dict[InputSymbol, tuple[Ref, ...]] = {InputSymbol("shared", k): (ref,) for k, ref in enumerate(loop.shared)}
+    columns |= {InputSymbol("gather", k): slot for k, slot in enumerate(loop.gather)}
+    return columns | {InputSymbol("carry", k): (ref,) for k, ref in enumerate(loop.initial)}
+
+
+def _moving(loop: Map, moving: set[InputSymbol]) -> list[InputSymbol]:
+    """Return the kernel inputs that move when some do: those, and the carries they reach."""
+    reached = set(moving)
+    sources = [loop.kernel.depends_on([ref]) for ref in loop.last]
+    for _ in sources:
+        reached |= {InputSymbol("carry", k) for k, source in enumerate(sources) if source & reached}
+    return sorted(reached, key=_position)
+
+
+def _position(symbol: InputSymbol) -> tuple[str, int]:
+    return (symbol.block, symbol.index)
+
+
+def _labelled(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tangent]:
+    """Give a flat sequence of references the labels of the rows it was flattened from."""
+    remaining = iter(refs)
+    return [{label: next(remaining) for label in row} for row in rows]
+
+
+def _split(values: Sequence[T], first: int, second: int) -> tuple[list[T], list[T], list[T]]:
+    return list(values[:first]), list(values[first : first + second]), list(values[first + second :])

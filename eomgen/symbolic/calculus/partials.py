@@ -1,0 +1,258 @@
+"""First derivatives of a tape, as operations on the same tape: forward partials with sparsity, and reverse gradients.
+
+Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
+
+Where a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and MAX take
+the operand they return, the first one recorded where both are equal; SELECT takes the branch it returns and never
+differentiates its condition. POW with an exponent that varies needs a positive base.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+
+from eomgen.symbolic.calculus.configuration import Tangent, tangent_seeds
+from eomgen.symbolic.tape import LEAVES, ONE, UNARY, ZERO, InputSymbol, Op, Ref, Tape
+
+__all__ = [
+    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent",
+    "tangent_seeds", "weighted_gradient",
+]  # fmt: skip
+
+Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
+
+
+def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[Tangent]:
+    """Differentiate outputs along several directions at once.
+
+    Parameters
+    ----------
+    seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative}
+        Derivatives of the independent quantities; all other inputs are constants. A seeded node that is not an input is
+        treated as independent: what it depends on is not followed.
+
+    Returns
+    -------
+    list of {direction: reference}
+        One per output. A direction that is absent has derivative zero by structure.
+
+    Notes
+    -----
+    Linear in (live nodes) x (directions that reach them). Each local partial is recorded once and shared by all directions.
+    """
+    seeded = seeds_by_node(tape, seeds)
+    tangents: dict[int, Tangent] = {}
+    maps: dict[int, list[Tangent]] = {}
+    for node in tape.live(outputs):
+        if node in seeded:
+            tangents[node] = seeded[node]
+            continue
+        op = tape.op[node]
+        if op in LEAVES:
+            continue
+        if op is Op.MAP:
+            number = tape.a[node]
+            if number not in maps:
+                from eomgen.symbolic.calculus.loops import map_partials  # noqa: PLC0415  # its kernels are differentiated here
+
+                maps[number] = map_partials(tape, number, tangents)
+            tangent = maps[number][tape.b[node]]
+        else:
+            tangent = node_tangent(tape, node, op, tangents)
+        if tangent:
+            tangents[node] = tangent
+    return [signed_tangent(tangents, ref) for ref in outputs]
+
+
+def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
+    """Differentiate outputs along one direction, given as {independent quantity: its derivative}; others are constants."""
+    partials = forward_partials(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
+    return [partial.get(0, ZERO) for partial in partials]
+
+
+def second_directional(
+    tape: Tape, outputs: Sequence[Ref], first: Mapping[Ref | InputSymbol, Ref], second: Mapping[Ref | InputSymbol, Ref]
+) -> list[Ref]:
+    """Differentiate along ``first``, then the result along ``second``.
+
+    The tangents in ``first`` are part of the expression that is differentiated again: where they depend on the configuration,
+    as those of a quaternion do, the order of the two matters (left-trivialised second derivatives do not commute).
+    """
+    return jacobian_vector(tape, jacobian_vector(tape, outputs, first), second)
+
+
+def gradient(tape: Tape, output: Ref, wrt: Sequence[Ref]) -> list[Ref]:
+    """Differentiate one output with respect to many nodes, treated as independent, by one reverse sweep."""
+    return weighted_gradient(tape, [output], [ONE], wrt)
+
+
+def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], wrt: Sequence[Ref]) -> list[Ref]:
+    """Differentiate sum_k weights[k] outputs[k], the weights held constant, with respect to nodes treated as independent."""
+    wanted = {abs(ref) for ref in wrt}
+    adjoints: dict[int, Ref] = {}
+    for output, weight in zip(outputs, weights, strict=True):
+        _accumulate(tape, adjoints, output, weight)
+    live = tape.live(outputs)
+    reach = _depending(tape, live, wanted)
+    pending = Counter(tape.a[node] for node in live if tape.op[node] is Op.MAP)
+    of_maps: dict[int, dict[int, Ref]] = {}
+    for node in reversed(live):
+        op = tape.op[node]
+        follow = node in adjoints and node in reach and node not in wanted
+        if op is Op.MAP:
+            number = tape.a[node]
+            pending[number] -= 1
+            if follow:
+                of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
+            if not pending[number] and number in of_maps:  # the first recorded of its results: all adjoints are complete
+                from eomgen.symbolic.calculus.loops import map_adjoints  # noqa: PLC0415  # as in forward_partials
+
+                for ref, adjoint in map_adjoints(tape, number, of_maps[number]):
+                    _accumulate(tape, adjoints, ref, adjoint)
+        elif follow and op not in LEAVES:
+            operands = tape.operands(node)
+            active = [k for k, ref in enumerate(operands) if abs(ref) in reach]
+            for k, partial in _local_partials(tape, node, op, active):
+                _accumulate(tape, adjoints, operands[k], tape.mul(adjoints[node], partial))
+    return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
+
+
+def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
+    """Return the tangent of a reference from those of nodes."""
+    tangent = tangents.get(abs(ref), {})
+    return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
+
+
+def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
+    """Return seeds by node number, signs of references taken in, zeros dropped."""
+    by_node: dict[int, Tangent] = {}
+    for key, given in seeds.items():
+        ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
+        by_node[abs(ref)] = {d: value if ref > 0 else -value for d, value in given.items() if abs(value) != ZERO}
+    return by_node
+
+
+def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
+    """Return the tangent of an operation from those of the nodes before it."""
+    operands = tape.operands(node)
+    inner = [signed_tangent(tangents, ref) for ref in operands]
+    if not any(inner):
+        return {}
+    directions = dict.fromkeys(direction for tangent in inner for direction in tangent)
+    if op in (Op.SELECT, Op.MIN, Op.MAX):
+        condition, then, otherwise = _choice(tape, op, operands)
+        first, second = signed_tangent(tangents, then), signed_tangent(tangents, otherwise)
+        chosen = {d: tape.select(condition, first.get(d, ZERO), second.get(d, ZERO)) for d in directions}
+        return {d: ref for d, ref in chosen.items() if ref != ZERO}
+    partials = _local_partials(tape, node, op, [k for k, tangent in enumerate(inner) if tangent])
+    result: Tangent = {}
+    for direction in directions:
+        total = ZERO
+        for k, partial in partials:
+            derivative = inner[k].get(direction)
+            if derivative is not None:
+                total = tape.add(total, tape.mul(partial, derivative))
+        if total != ZERO:
+            result[direction] = total
+    return result
+
+
+def _choice(tape: Tape, op: Op, operands: Sequence[Ref]) -> tuple[Ref, Ref, Ref]:
+    """Return condition, then, otherwise of a node that returns one of its operands."""
+    if op is Op.SELECT:
+        return operands[0], operands[1], operands[2]
+    x, y = operands
+    return (tape.call(Op.LE, x, y) if op is Op.MIN else tape.call(Op.LE, y, x)), x, y
+
+
+def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> list[tuple[int, Ref]]:
+    """Return (position of operand, partial derivative) for the active operands of a node."""
+    operands = tape.operands(node)
+    if op in UNARY:
+        return [(0, _derivative(tape, node, op, operands[0]))]
+    if op is Op.CURVE:
+        curve, order = tape.curves[tape.b[node]]
+        return [(0, tape.curve(curve, order + 1, operands[0]))]
+    if op in (Op.SELECT, Op.MIN, Op.MAX):
+        condition, _, _ = _choice(tape, op, operands)
+        weights = (tape.select(condition, ONE, ZERO), tape.select(condition, ZERO, ONE))
+        return list(zip((1, 2) if op is Op.SELECT else (0, 1), weights, strict=True))
+    x, y = operands
+    partials: list[tuple[int, Ref]] = []
+    for k in active:
+        partial = ZERO
+        match op, k:
+            case (Op.ADD, _) | (Op.SUB, 0):
+                partial = ONE
+            case (Op.SUB, 1):
+                partial = -ONE
+            case (Op.MUL, _):
+                partial = y if k == 0 else x
+            case (Op.DIV, 0):
+                partial = tape.div(ONE, y)
+            case (Op.DIV, 1):
+                partial = tape.mul(-node, tape.div(ONE, y))
+            case (Op.ATAN2, _):
+                squares = tape.add(tape.mul(x, x), tape.mul(y, y))
+                partial = tape.div(y, squares) if k == 0 else tape.div(-x, squares)
+            case (Op.POW, 0):
+                partial = tape.mul(y, tape.call(Op.POW, x, tape.sub(y, ONE)))
+            case (Op.POW, 1):
+                partial = tape.mul(node, tape.call(Op.LOG, x)) if abs(x) != ZERO else ZERO
+        if partial != ZERO:
+            partials.append((k, partial))
+    return partials
+
+
+def _derivative(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
+    """Return f'(x), in terms of the node f(x) itself where that is shorter."""
+    match op:
+        case Op.SQRT:
+            return tape.div(tape.constant(0.5), node)
+        case Op.SIN:
+            return tape.call(Op.COS, x)
+        case Op.COS:
+            return -tape.call(Op.SIN, x)
+        case Op.TAN:
+            return tape.add(ONE, tape.mul(node, node))
+        case Op.ASIN:
+            return tape.div(ONE, tape.call(Op.SQRT, tape.sub(ONE, tape.mul(x, x))))
+        case Op.ACOS:
+            return tape.div(-ONE, tape.call(Op.SQRT, tape.sub(ONE, tape.mul(x, x))))
+        case Op.ATAN:
+            return tape.div(ONE, tape.add(ONE, tape.mul(x, x)))
+        case Op.SINH:
+            return tape.call(Op.COSH, x)
+        case Op.COSH:
+            return tape.call(Op.SINH, x)
+        case Op.TANH:
+            return tape.sub(ONE, tape.mul(node, node))
+        case Op.EXP:
+            return node
+        case Op.LOG:
+            return tape.div(ONE, x)
+        case Op.ABS:
+            return tape.call(Op.SIGN, x)
+        case _:  # SIGN is flat
+            return ZERO
+
+
+def _depending(tape: Tape, live: Iterable[int], on: set[int]) -> set[int]:
+    reach: set[int] = set()
+    of_maps: dict[int, bool] = {}
+    for node in live:
+        if tape.op[node] is Op.MAP:
+            if tape.a[node] not in of_maps:
+                of_maps[tape.a[node]] = any(abs(ref) in reach for ref in tape.operands(node))
+            follows = of_maps[tape.a[node]]
+        else:
+            follows = any(abs(ref) in reach for ref in tape.operands(node))
+        if follows or node in on:
+            reach.add(node)
+    return reach
+
+
+def _accumulate(tape: Tape, adjoints: dict[int, Ref], ref: Ref, adjoint: Ref) -> None:
+    if abs(adjoint) != ZERO:
+        adjoints[abs(ref)] = tape.add(adjoints.get(abs(ref), ZERO), adjoint if ref > 0 else -adjoint)

@@ -1,0 +1,1 @@
+"""The contract between front ends and back ends: named functions on one tape, and the register of their names."""

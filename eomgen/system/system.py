@@ -1,0 +1,335 @@
+"""System: the contract between mechanics and everything behind it.
+
+    M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u)
+    qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
+
+A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual comes
+first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.errors import Problem, UsageError
+from eomgen.symbolic.periodic import periodic_inputs
+from eomgen.symbolic.tape import Counts, InputSymbol, Ref, Tape
+from eomgen.system.terms import TERMS, nearest_term
+
+if TYPE_CHECKING:
+    import sympy
+
+#: Input blocks in the order in which every function takes them.
+INPUT_BLOCKS = (
+    "p", "t", "q", "v", "a", "j", "s", "a_higher", "z", "lam", "u", "u_dot", "u_ddot", "u_higher", "base", "base_rates",
+)  # fmt: skip
+
+#: Blocks with the first, the second, and row by row the higher time derivatives of a and u.
+RATE_BLOCKS = {"a": ("j", "s", "a_higher"), "u": ("u_dot", "u_ddot", "u_higher")}
+
+#: Fields of the base struct: name, number of components, meaning. Twists are in base axes, angular first.
+BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
+    ("quaternion", 4, "orientation of the base (w, x, y, z), base axes to world axes"),
+    ("position", 3, "origin of the base in world axes, m"),
+    ("omega", 3, "angular velocity in base axes, rad/s"),
+    ("velocity", 3, "velocity of the origin in base axes, m/s"),
+    ("omega_dot", 3, "time derivative of omega, rad/s^2"),
+    ("velocity_dot", 3, "time derivative of the components of velocity, m/s^2"),
+)
+
+#: Functions of a motion that is known: no stepper calls them.
+_OBSERVED = frozenset({"energy", "outputs", "poses", "twists", "joint_angles"})
+
+#: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
+_TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
+
+
+def base_place(field_name: str) -> int:
+    """Return where a field of the base struct begins."""
+    names = [name for name, _, _ in BASE_LAYOUT]
+    return sum(size for _, size, _ in BASE_LAYOUT[: names.index(field_name)])
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7, 6)."""
+
+    group: str
+    name: str
+    q_start: int
+    q_size: int
+    v_start: int
+    v_size: int
+
+
+@dataclass(frozen=True)
+class Block:
+    """One named output of a function, its references row by row."""
+
+    name: str
+    shape: tuple[int, ...]
+    refs: tuple[Ref, ...]
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A named function of the System: which input blocks it takes (ordered as INPUT_BLOCKS) and what it gives."""
+
+    name: str
+    description: str
+    inputs: tuple[str, ...]
+    outputs: tuple[Block, ...]
+
+    @property
+    def refs(self) -> tuple[Ref, ...]:
+        return tuple(ref for block in self.outputs for ref in block.refs)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named number of the interface: a tunable parameter or a state (value = default), an input, an output's components."""
+
+    name: str
+    value: float = 0.0
+    size: int = 1
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What methods may rely on; checked before any C exists.
+
+    ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is constant.
+    """
+
+    constant_mass: bool
+    velocity_forces: bool
+    smooth: bool
+    moving_base: bool
+    constraints: bool = False
+    internal_states: bool = False
+    conservative: bool = False
+
+
+@dataclass(frozen=True)
+class Discontinuity:
+    """A time at which forces are not smooth, and again every ``period`` after it where that is not 0.
+
+    ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many times the
+    precision of the numbers in use.
+    """
+
+    time: float
+    period: float
+    order: int
+    blur: float
+
+
+@dataclass(frozen=True)
+class Validity:
+    """The times for which a scene says what it needs to say: those of the curve ``name``, for ``input`` or, empty, otherwise."""
+
+    name: str
+    input: str
+    start: float
+    end: float
+
+
+@checked_calls("eomgen.derive(scene)")
+@dataclass(frozen=True)
+class System:
+    """Symbolic equations of motion on one tape.
+
+    Attributes
+    ----------
+    name : str
+        A legal C identifier; prefix of every exported symbol.
+    factors : tuple of Factor
+        The configuration, a product of groups.
+    angles : tuple of str
+        Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only. Each is
+        within half a turn of its angle, which the function ``joint_angles`` gives; whoever moves q lets it follow.
+    functions : mapping from name to Function
+        ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
+    dof_parent : (nv,) tuple
+        For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
+    multipliers : tuple of str
+        Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
+    row_units : tuple of str
+        Unit of each constraint row: ``m``, ``1`` or, at velocity level, ``m/s``.
+    angular : (nv,) tuple
+        For each velocity component whether it turns something, rad/s; else it is a travel or a deflection.
+    states : tuple of Quantity
+        Internal states, with their initial values.
+    patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
+        Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
+    inner_owners : tuple of int
+        For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
+    extent : tuple of Ref
+        Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
+    guards : tuple of Ref
+        Functions whose sign changes are events; ``modes`` are integers held constant within a step.
+    discontinuities : tuple of Discontinuity
+        Known times at which the right-hand side is not smooth.
+    validity : tuple of Validity
+        Times beyond which curves have no value.
+    constants : tuple of Quantity
+        Numbers that have a name in the C.
+    beams : tuple of str
+        What the equations of each beam keep.
+    warnings : tuple of str
+        What every run says again.
+    left_out : tuple of str
+        Constraint rows that follow from others at the default parameters, and may not at others.
+    kept, dropped : tuples of str
+        What the scene made necessary, and what it did not.
+    order : int
+        Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it takes.
+    """
+
+    name: str
+    tape: Tape
+    factors: tuple[Factor, ...]
+    functions: Mapping[str, Function]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
+    bodies: tuple[str, ...]
+    initial_q: tuple[float, ...]
+    initial_v: tuple[float, ...]
+    dof_parent: tuple[int, ...]
+    facts: Facts
+    states: tuple[Quantity, ...] = ()
+    multipliers: tuple[str, ...] = ()
+    row_units: tuple[str, ...] = ()
+    angular: tuple[bool, ...] = ()
+    holonomic: int = 0
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    inner_owners: tuple[int, ...] = ()
+    extent: tuple[Ref, ...] = ()
+    guards: tuple[Ref, ...] = ()
+    modes: tuple[str, ...] = ()
+    discontinuities: tuple[Discontinuity, ...] = ()
+    validity: tuple[Validity, ...] = ()
+    constants: tuple[Quantity, ...] = ()
+    beams: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    description: str = ""
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    order: int = 0
+    angles: tuple[str, ...] = ()
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    @property
+    def nq(self) -> int:
+        return sum(factor.q_size for factor in self.factors) + len(self.angles)
+
+    @property
+    def nv(self) -> int:
+        return sum(factor.v_size for factor in self.factors)
+
+    @property
+    def nu(self) -> int:
+        return len(self.inputs)
+
+    @property
+    def nz(self) -> int:
+        return len(self.states)
+
+    @property
+    def rate_sizes(self) -> dict[str, int]:
+        """Numbers in the blocks of derivatives beyond the second, and of the base's twist beyond the first."""
+        higher = max(self.order - 2, 0)
+        base = 6 * self.order if self.facts.moving_base else 0
+        return {"a_higher": higher * self.nv, "u_higher": higher * self.nu, "base_rates": base}
+
+    @property
+    def initial_z(self) -> tuple[float, ...]:
+        return tuple(state.value for state in self.states)
+
+    @cached_property
+    def counts(self) -> dict[str, Counts]:
+        """Exact operation counts, function by function."""
+        return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
+
+    @cached_property
+    def turning(self) -> tuple[int, ...]:
+        """Components of q in the holonomic constraints that count there, and in all equations, up to whole turns only.
+
+        What is only evaluated of a motion, for the angle as it is, does not matter: a quaternion has a period of two turns.
+        """
+        if not self.holonomic:
+            return ()
+        equations = [f for name, f in self.functions.items() if name not in _OBSERVED]
+        of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
+        held = self.tape.depends_on(ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs)
+        angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
+        return tuple(sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles))
+
+    @cached_property
+    def positions(self) -> int:
+        """How many of the first numbers of q constraints look at: references of angles come last, and few do."""
+        first = self.nq - len(self.angles)
+        rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
+        held = self.tape.depends_on(ref for block in rows for ref in block.refs)
+        return self.nq if any(symbol.block == "q" and symbol.index >= first for symbol in held) else first
+
+    @cached_property
+    def symbol_names(self) -> dict[InputSymbol, str]:
+        """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
+
+        Parameters, inputs and states have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or
+        ``q_ball_0`` and so on for joints of several. A name that two components would share, or that looks like a component's
+        place in its array (``q0``, ``p_1``), is left out: such a component is called by its place.
+        """
+        names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
+        names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}
+        names |= {InputSymbol("z", index): item.name for index, item in enumerate(self.states)}
+        for factor in self.factors:
+            blocks = (("q", factor.q_start, factor.q_size), *((b, factor.v_start, factor.v_size) for b in ("v", "a")))
+            for block, start, size in blocks:
+                for index in range(size):
+                    part = f"_{index}" if size > 1 else ""
+                    names[InputSymbol(block, start + index)] = f"{block}_{factor.name}{part}"
+        for index, label in enumerate(self.angles, self.nq - len(self.angles)):
+            names[InputSymbol("q", index)] = "q_" + re.sub(r"\W+", "_", label).strip("_")
+        uses = Counter(names.values())
+        return {symbol: name for symbol, name in names.items() if uses[name] == 1 and not _TAKEN.fullmatch(name)}
+
+    def sympy(
+        self, term: str, *, named: bool | None = None
+    ) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
+        """Return a block as SymPy: whole if small, else (named intermediates, matrix). See ``symbolic.reading``.
+
+        Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``.
+
+        Raises
+        ------
+        UsageError
+            The term was not derived, or there is none of that name.
+        """
+        from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
+
+        if term not in self.functions:
+            hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
+            what = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
+            raise UsageError(Problem("sympy", what, hint))
+        function = self.functions[term]
+        block = function.outputs[0]
+        return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)

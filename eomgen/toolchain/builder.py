@@ -1,0 +1,162 @@
+"""Sources -> loaded library through the cache: the one door to this folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from eomgen.errors import ToolchainError
+from eomgen.toolchain.cache import Cache, Entry
+from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
+from eomgen.toolchain.compiler import (
+    DEFAULT_TIMEOUT,
+    Compiler,
+    Profile,
+    compile_library,
+    compile_object,
+    find_compiler,
+    library_suffix,
+    processor,
+)
+from eomgen.toolchain.compiler import profile as profile_named
+from eomgen.toolchain.library import Library
+
+_LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
+_REALS = {
+    "double": (),
+    "float": ("-DEOMGEN_REAL_FLOAT",),
+    "complex": ("-DEOMGEN_REAL_COMPLEX",),
+    "lanes": ("-DEOMGEN_REAL_LANES",),
+}
+
+
+class Builder:
+    """Builds and finds libraries for one compiler, profile and number type.
+
+    Parameters
+    ----------
+    profile : str
+        ``fast``, ``reproducible`` or ``quick``; see ``compiler.PROFILES``.
+    real : str
+        ``double``, ``float``, ``complex`` or ``lanes`` (eight samples at a time).
+    mode : str, optional
+        ``api`` or ``abi``; by default API where Python.h is.
+    cache, compiler : optional
+        The user's cache and the first compiler found by default.
+    """
+
+    def __init__(
+        self,
+        profile: str = "fast",
+        real: str = "double",
+        mode: str | None = None,
+        cache: Cache | None = None,
+        compiler: Compiler | None = None,
+        timeout: float = DEFAULT_TIMEOUT,
+    ) -> None:
+        if real not in _REALS:
+            raise ToolchainError(f"no number type {real!r}", f"one of {', '.join(_REALS)}")
+        self.profile: Profile = profile_named(profile)
+        self.flags = (*self.profile.flags, *_REALS[real])
+        self.compiler = find_compiler() if compiler is None else compiler
+        self.headers = python_headers() if mode in (None, "api") else None
+        if mode == "api" and self.headers is None:
+            raise ToolchainError(
+                "Python.h is missing, so the API mode of cffi cannot be built", "apt install python3-dev, or mode abi"
+            )
+        self.mode = "abi" if self.headers is None else "api"
+        self.cache = Cache() if cache is None else cache
+        self.timeout = timeout
+
+    def key(self, content: bytes) -> str:
+        """Return the cache key of what the caller's ``content`` bytes determine, on this machine, with these flags."""
+        digest = hashlib.sha256()
+        for text in (
+            self.compiler.identity, " ".join(self.flags), processor() if self.profile.native else "", self.mode, library_suffix(),
+        ):  # fmt: skip
+            digest.update(text.encode() + b"\0")
+        digest.update(content)
+        return digest.hexdigest()
+
+    def find(self, content: bytes) -> Library | None:
+        """Return the library that was built for these content bytes, or None. Imports neither SymPy nor Jinja."""
+        key = self.key(content)
+        entry = self.cache.get(key)
+        if entry is None:
+            return None
+        try:
+            return self._load(entry)
+        except (ToolchainError, OSError, ValueError, KeyError, TypeError):
+            self.cache.quarantine(key)
+            return None
+
+    def claim(self, content: bytes) -> AbstractContextManager[None]:
+        """Return the right to make the library of these content bytes: of many processes one makes it, and others wait."""
+        return self.cache.claim(self.key(content))
+
+    def build(self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any]) -> Library:
+        """Compile files, keep the result under these content bytes, and load it.
+
+        Parameters
+        ----------
+        content : bytes
+            Everything that the files depend on; two different sets of files must not share it.
+        files : mapping from name to text
+            C sources and headers; ``interface.h`` declares what ``cdef`` says. ``main.c`` is left out.
+        layout : mapping
+            JSON data, handed back as ``Library.layout``.
+        """
+        found = self.find(content)
+        if found is not None:
+            return found
+
+        def fill(folder: Path) -> None:
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
+            (folder / _CDEF).write_text(cdef, encoding="utf-8")
+            sources = [folder / name for name in sorted(files) if name.endswith(".c") and name != "main.c"]
+            objects = [] if self.headers is None else [self._wrapper(cdef, files["interface.h"], self.headers)]
+            output = folder / (_LIBRARY + library_suffix())
+            commands = compile_library(self.compiler, sources, output, self.flags, objects=objects, timeout=self.timeout)
+            for source in sources:
+                source.with_suffix(".o").unlink(missing_ok=True)
+            (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
+
+        key = self.key(content)
+        try:
+            entry = self.cache.put(key, fill)
+        except ToolchainError as error:
+            raise ToolchainError(
+                [type(p)(f"C compiler, sources kept in {self.cache.failed_folder(key)}", p.what, p.hint) for p in error.problems]
+            ) from error
+        return self._load(entry)
+
+    def _wrapper(self, cdef: str, header: str, headers: Path) -> Path:
+        """Return the object of the extension module, which is the same for all models."""
+        content = "\0".join((self.compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
+        key = hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
+        entry = self.cache.get(key)
+        if entry is not None:
+            return entry.file("wrapper.o")
+
+        def fill(folder: Path) -> None:
+            (folder / "interface.h").write_text(header, encoding="utf-8")
+            source = folder / "wrapper.c"
+            source.write_text(wrapper_source(cdef, "interface.h"), encoding="utf-8")
+            compile_object(self.compiler, source, ("-O1", f"-I{headers}"))
+
+        with self.cache.claim(key):
+            entry = self.cache.get(key) or self.cache.put(key, fill)
+        return entry.file("wrapper.o")
+
+    def _load(self, entry: Entry) -> Library:
+        layout = json.loads(entry.text(_LAYOUT))
+        path = entry.file(_LIBRARY + library_suffix())
+        ffi, lib = load_api(path) if self.mode == "api" else load_abi(path, entry.text(_CDEF))
+        return Library(ffi, lib, layout, self.mode, path)

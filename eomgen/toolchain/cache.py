@@ -1,0 +1,273 @@
+"""A content-addressed store of built libraries: written beside, renamed into place, checked when read, bounded in size.
+
+Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at all.
+Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine`` (damaged entries)
+and ``tmp-*`` (builds under way, or left by processes that were killed); all of them are cleared away in time.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from eomgen.errors import FileError, Problem
+from eomgen.toolchain.locks import abandoned, claimed, hold
+
+#: Bytes that the cache may hold; the least recently used entries go first.
+DEFAULT_LIMIT = 2_000_000_000
+#: Damaged entries, and failed builds, of which the newest are kept for whoever wants to know why.
+KEPT = 8
+#: Seconds after which a build that nobody holds is cleared away: a process needs a moment from making its folder to holding it.
+SETTLED = 60.0
+_META, _TEMPORARY = "entry.json", "tmp-"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A folder of the cache and the files it promises."""
+
+    folder: Path
+    files: tuple[str, ...]
+
+    def file(self, name: str) -> Path:
+        return self.folder / name
+
+    def text(self, name: str) -> str:
+        return (self.folder / name).read_text(encoding="utf-8")
+
+
+def default_folder(environ: Mapping[str, str] | None = None) -> Path:
+    """Return ``EOMGEN_CACHE``, else the user's cache folder. Raises FileError for a ``~user`` that there is not."""
+    chosen = (os.environ if environ is None else environ).get("EOMGEN_CACHE")
+    if chosen:
+        try:
+            return Path(chosen).expanduser()
+        except RuntimeError as error:
+            what = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
+            raise FileError(Problem("environment variable EOMGEN_CACHE", what, "a full path")) from None
+    import platformdirs  # noqa: PLC0415  # not needed where the folder is given
+
+    return Path(platformdirs.user_cache_dir("eomgen"))
+
+
+class Cache:
+    """The store in one folder; where that cannot be written, what is in it serves, and new entries go to a temporary one.
+
+    Parameters
+    ----------
+    folder : path, optional
+        ``EOMGEN_CACHE`` or the user's cache folder by default.
+    limit : int
+        Bytes kept at most.
+    """
+
+    def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
+        self.limit = limit
+        self.folder = (default_folder() if folder is None else Path(folder)).absolute()  # compilers run in other folders
+        self.read_only: Path | None = None
+        self._refusal = refusal(self.folder)
+        if self._refusal:
+            self.read_only = self.folder
+
+    def get(self, key: str) -> Entry | None:
+        """Return the entry of a key, or None; an entry whose files are not what was written is put aside."""
+        if self.read_only is not None:
+            found = _checked(self.read_only / key)
+            if found is not None or self.folder == self.read_only:
+                return found
+        folder = self.folder / key
+        entry = _checked(folder)
+        if entry is None:
+            if os.path.lexists(folder):
+                self.quarantine(key)
+            return None
+        with contextlib.suppress(OSError):
+            os.utime(folder / _META)
+        return entry
+
+    @contextlib.contextmanager
+    def claim(self, key: str) -> Iterator[None]:
+        """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or alive."""
+        self._settle()
+        claims = self.folder / "claims"
+        with contextlib.suppress(OSError):
+            claims.mkdir(exist_ok=True)
+        with claimed(claims / key):
+            yield
+
+    def put(self, key: str, build: Callable[[Path], None]) -> Entry:
+        """Let ``build`` fill a private folder, keep it as the entry of the key, and return it.
+
+        The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of a
+        full disk for one, becomes FileError, and what there was is removed.
+        """
+        self._settle()
+        private, held = None, None
+        try:
+            private = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=self.folder))
+            held = hold(private)
+            build(private)
+            sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
+            (private / _META).write_text(json.dumps({"files": sums}, indent=1), encoding="utf-8")
+            entry = self._place(private, key, sums)
+        except BaseException as error:
+            if private is not None:
+                if isinstance(error, Exception) and not isinstance(error, OSError | FileError):
+                    self._keep_failed(private, key)
+                shutil.rmtree(private, ignore_errors=True)
+            if not isinstance(error, OSError):
+                raise
+            what = f"a compiled model cannot be kept: {error.strerror or error}"
+            raise FileError(Problem(f"cache {self.folder}", what, "space there, or EOMGEN_CACHE=<another folder>")) from error
+        finally:
+            if held is not None:
+                os.close(held)
+        self._evict(keep=key)
+        return entry
+
+    def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
+        """Move a filled folder to its place, unless somebody else was faster; theirs is as good where it is whole."""
+        target = self.folder / key
+        for _ in range(2):
+            try:
+                private.rename(target)
+                return Entry(target, tuple(sums))
+            except OSError:
+                present = self.get(key)  # puts aside what is broken
+                if present is not None:
+                    shutil.rmtree(private, ignore_errors=True)
+                    return present
+        private.rename(target)
+        return Entry(target, tuple(sums))
+
+    def quarantine(self, key: str) -> None:
+        """Move an entry out of the way, into ``quarantine``; where that fails, remove it."""
+        shelf, entry = self.folder / "quarantine", self.folder / key
+        with contextlib.suppress(OSError):
+            shelf.mkdir(exist_ok=True)
+            entry.rename(Path(tempfile.mkdtemp(prefix=f"{key[:16]}-", dir=shelf)) / "entry")
+            return
+        with contextlib.suppress(OSError):
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry)
+            else:
+                entry.unlink()
+
+    def failed_folder(self, key: str) -> Path:
+        """Return where the sources of a failed build are kept."""
+        return self.folder / "failed" / key
+
+    def clear(self) -> int:
+        """Remove everything and return the number of entries that were there."""
+        entries = self._entries()
+        for folder in [*entries, *(self.folder / name for name in ("quarantine", "failed", "claims"))]:
+            shutil.rmtree(folder, ignore_errors=True)
+        return len(entries)
+
+    def size(self) -> int:
+        """Return the bytes that all entries take."""
+        return sum(_size(folder) for folder in self._entries())
+
+    def _settle(self) -> None:
+        """Go to a temporary folder where the chosen one cannot be written, and say so, once."""
+        if self.read_only is None or self.folder != self.read_only:
+            return
+        substitute = Path(tempfile.mkdtemp(prefix="eomgen-cache-"))
+        atexit.register(shutil.rmtree, substitute, ignore_errors=True)
+        warnings.warn(
+            f"the cache {self.folder} cannot be written ({self._refusal}); building in {substitute} instead. "
+            "Set EOMGEN_CACHE to a folder that can be written to keep compiled models",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+        self.folder = substitute
+
+    def _entries(self) -> list[Path]:
+        """Return the folders of entries, least recently used first."""
+        return _oldest_first(folder for folder in self.folder.iterdir() if (folder / _META).is_file())
+
+    def _evict(self, keep: str) -> None:
+        """Clear away what was left behind, then the least recently used entries, down to the limit."""
+        with contextlib.suppress(OSError):
+            self._sweep()
+        entries = self._entries()
+        sizes = {folder: _size(folder) for folder in entries}
+        total = sum(sizes.values())
+        for folder in entries:
+            if total <= self.limit:
+                break
+            if folder.name != keep:
+                total -= sizes[folder]
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _sweep(self) -> None:
+        for folder in self.folder.glob(f"{_TEMPORARY}*"):
+            with contextlib.suppress(OSError):
+                if time.time() - folder.stat().st_mtime > SETTLED and abandoned(folder):
+                    shutil.rmtree(folder, ignore_errors=True)
+        for shelf in ("quarantine", "failed"):
+            if (self.folder / shelf).is_dir():
+                for folder in _oldest_first((self.folder / shelf).iterdir())[:-KEPT]:
+                    shutil.rmtree(folder, ignore_errors=True)
+
+    def _keep_failed(self, private: Path, key: str) -> None:
+        with contextlib.suppress(OSError):
+            target = self.failed_folder(key)
+            target.parent.mkdir(exist_ok=True)
+            shutil.rmtree(target, ignore_errors=True)
+            private.rename(target)
+            self._sweep()
+
+
+def refusal(folder: Path) -> str:
+    """Return why nothing can be written into a folder, which is made where it is missing; empty where it can."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        return str(error.strerror or error)
+    return ""
+
+
+def _checked(folder: Path) -> Entry | None:
+    """Return the entry in a folder where all its files are what was written."""
+    try:
+        promised = json.loads((folder / _META).read_text(encoding="utf-8"))
+        sums = {str(name): str(digest) for name, digest in promised["files"].items()}
+        if all((folder / name).is_file() and _digest(folder / name) == digest for name, digest in sums.items()):
+            return Entry(folder, tuple(sums))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        pass
+    return None
+
+
+def _oldest_first(folders: Iterable[Path]) -> list[Path]:
+    """Return folders by the time of their last use, which is that of their record where they have one."""
+    stamped = []
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            record = folder / _META
+            stamped.append(((record if record.is_file() else folder).stat().st_mtime_ns, folder))
+    return [folder for _, folder in sorted(stamped)]
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _size(folder: Path) -> int:
+    total = 0
+    with contextlib.suppress(OSError):
+        total = sum(file.stat().st_size for file in folder.iterdir())
+    return total

@@ -1,0 +1,152 @@
+"""Examine what building needs, item by item, and name the command that mends what is broken."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from eomgen.errors import EomgenError, FileError
+from eomgen.toolchain.cache import default_folder, refusal
+from eomgen.toolchain.cffi_build import python_headers
+from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_hint, library_suffix
+
+PACKAGES = ("sympy", "numpy", "scipy", "jinja2", "cffi", "pydantic", "click", "rich", "platformdirs", "matplotlib", "pint")
+#: Bytes that should be free for compiled models.
+ROOM = 50_000_000
+_PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One item: whether it is fine, what was found, the command that mends it, and whether building fails without it."""
+
+    name: str
+    ok: bool
+    found: str
+    remedy: str = ""
+    needed: bool = True
+
+
+def examine() -> list[Check]:
+    """Return all checks; none of them raises."""
+    machine = (_temporary, _compiler, _compiles, _headers, _cache, _room)
+    return [_python(), *(_guarded(check) for check in machine), *map(_package, PACKAGES)]
+
+
+def _guarded(check: Callable[[], Check]) -> Check:
+    try:
+        return check()
+    except (EomgenError, OSError) as error:
+        return Check(check.__name__.strip("_").replace("_", " "), False, str(error), "see the message")
+
+
+def _python() -> Check:
+    fine = sys.version_info >= (3, 11)
+    found = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    return Check("python", fine, found, "" if fine else "python3.11 -m venv .venv && .venv/bin/pip install eomgen")
+
+
+def _temporary() -> Check:
+    """Compilers write there, whatever the cache."""
+    try:
+        with tempfile.TemporaryFile():
+            return Check("temporary files", True, tempfile.gettempdir())
+    except OSError as error:
+        named = next((name for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), "")
+        remedy = f"unset {named}" if named else 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
+        return Check("temporary files", False, str(error.strerror or error), remedy)
+
+
+def _compiler() -> Check:
+    try:
+        compiler = find_compiler()
+        return Check("compiler", True, f"{compiler.version} ({compiler.path})")
+    except EomgenError as error:
+        return Check("compiler", False, error.problems[0].what, _other_compiler())
+
+
+def _other_compiler() -> str:
+    """Return the command that puts another compiler in the place of one that is of no use."""
+    if os.environ.get("CC"):
+        return "unset CC"
+    return install_hint()
+
+
+def _compiles() -> Check:
+    with tempfile.TemporaryDirectory(prefix="eomgen-doctor-") as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text(_PROBE, encoding="ascii")
+        try:
+            compile_library(find_compiler(), [source], Path(folder) / f"probe{library_suffix()}", ("-O0",), timeout=60)
+        except FileError as error:
+            return Check("compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"')
+        except EomgenError as error:
+            return Check("compiles", False, error.problems[0].what, _other_compiler())
+    return Check("compiles", True, "a small library builds and links")
+
+
+def _headers() -> Check:
+    folder = python_headers()
+    if folder is not None:
+        return Check("Python.h", True, str(folder), needed=False)
+    found = "missing; models are loaded in ABI mode, with a slower call"
+    if shutil.which("apt-get") and sys.base_prefix == "/usr":
+        return Check("Python.h", False, found, as_root("apt-get install -y python3-dev"), needed=False)
+    return Check("Python.h", False, found, "the headers of this Python, from where it was installed", needed=False)
+
+
+def _cache() -> Check:
+    try:
+        folder = default_folder()
+    except FileError as error:
+        return Check("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
+    reason = refusal(folder)
+    if not reason:
+        return Check("cache", True, str(folder), needed=False)
+    return Check("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)
+
+
+def _mended(folder: Path) -> str:
+    """Return the command after which a cache can be written: at its place where that is the user's, else at another."""
+    if folder.exists() and not folder.is_dir():
+        return f"mv {shlex.quote(str(folder))} {shlex.quote(str(folder))}.old"
+    if folder.is_dir() and hasattr(os, "geteuid"):
+        status = folder.stat()
+        if status.st_uid == os.geteuid() and not status.st_mode & 0o200:
+            return f"chmod u+rwx {shlex.quote(str(folder))}"
+    return "unset EOMGEN_CACHE" if os.environ.get("EOMGEN_CACHE") else 'export EOMGEN_CACHE="$HOME/eomgen-cache"'
+
+
+def _room() -> Check:
+    try:
+        folder = default_folder()
+    except FileError:
+        return Check("room", True, "not known, the cache has no folder", needed=False)
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    free = shutil.disk_usage(folder).free
+    found = f"{free / 1e6:.0f} MB free for the cache in {folder}"
+    if free >= ROOM:
+        return Check("room", True, found, needed=False)
+    elsewhere = "unset EOMGEN_CACHE" if os.environ.get("EOMGEN_CACHE") else "export EOMGEN_CACHE=/var/tmp/eomgen-cache"
+    return Check("room", False, found, elsewhere, needed=False)
+
+
+def _package(name: str) -> Check:
+    install = f"{shlex.quote(sys.executable)} -m pip install"
+    try:
+        found = version(name)
+    except PackageNotFoundError:
+        return Check(name, False, "not installed", f"{install} {name}")
+    if importlib.util.find_spec(name) is None:
+        return Check(name, False, f"{found} is recorded, but its files are gone", f"{install} --force-reinstall {name}")
+    return Check(name, True, found)

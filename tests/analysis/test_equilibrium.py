@@ -1,0 +1,298 @@
+"""Static equilibrium against deflections, hanging chains and minima of energy; what has none is refused with the coordinate."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import eomgen
+from eomgen.cli import main
+from eomgen.lie import product
+from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, absolute, breaking, flyer, pendulum
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+G = 9.81
+
+
+@cache
+def two_masses() -> eomgen.Model:
+    """Return two masses on springs, one on the other, whose springs are slack at zero."""
+    builder = eomgen.SceneBuilder("two_masses").parameter("load", 3.0, tunable=True, unit="kg").input("push", unit="N")
+    builder.body("lower", 2.0).joint("lower", "prismatic", "base", "lower", axis=[0, 0, 1], stiffness=500.0, damping=20.0)
+    builder.body("upper", "load").joint("upper", "prismatic", "lower", "upper", axis=[0, 0, 1], stiffness=200.0, damping=20.0)
+    builder.effort("push", "upper", "push").simulation(start="equilibrium", duration=1.0)
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@cache
+def rods(count: int) -> eomgen.Model:
+    """Return a chain of rods of length 1/count, its ends 0.6 apart on the level, closed by a pin across its plane."""
+    builder = eomgen.SceneBuilder(f"rods_{count}")
+    length = 1.0 / count
+    for k in range(count):
+        builder.body(f"rod{k}", length, center_of_mass=[length / 2, 0, 0], inertia=[1e-6, length**3 / 12, length**3 / 12])
+        angle = 0.9 if k == 0 else -1.8 / (count - 1)
+        held = {"axis": [0, 1, 0], "position": [length if k else 0.0, 0, 0], "initial": {"position": angle}}
+        builder.joint(f"pin{k}", "revolute", f"rod{k - 1}" if k else "base", f"rod{k}", **held)
+    first = {"body": "base", "position": [0.6, 0, 0], "axis": [0, 1, 0]}
+    builder.constraint("end", "point_on_line", first, {"body": f"rod{count - 1}", "position": [length, 0, 0]})
+    return eomgen.build(builder.build(), profile="quick")
+
+
+# -- closed forms --------------------------------------------------------------------------------------------------------------
+
+
+def test_deflections_and_frequencies_of_springs_under_weight() -> None:
+    model = two_masses()
+    found = model.equilibrium(u={"push": -7.0})
+    upper = -(3.0 * G + 7.0) / 200.0
+    np.testing.assert_allclose(found.q, [-5.0 * G / 500.0, upper], rtol=1e-13)  # the push is between the masses
+    assert np.array_equal(found.v, [0.0, 0.0]) and found.stable and not found.undetermined
+    M, K = np.array([[5.0, 3.0], [3.0, 3.0]]), np.diag([500.0, 200.0])
+    np.testing.assert_allclose(found.frequencies**2, np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real), rtol=1e-12)
+    heavier = model.equilibrium(parameters={"load": 6.0}, u={"push": 0.0})
+    np.testing.assert_allclose(heavier.q, [-8.0 * G / 500.0, -6.0 * G / 200.0], rtol=1e-13)
+    assert found.residual < 1e-12 and found.acceleration < 1e-12
+
+
+def test_a_pendulum_hangs_or_stands() -> None:
+    model, rest = pendulum(), {"torque": 0.0}
+    rate = np.sqrt(MASS * G * LENGTH / (INERTIA + MASS * LENGTH**2))
+    for angle in (0.4, 1.7, 3.0, np.pi):
+        hanging = model.equilibrium({"hinge": angle}, u=rest)
+        assert np.sin(hanging.q[0]) == pytest.approx(0.0, abs=1e-12) and np.cos(hanging.q[0]) == pytest.approx(1.0)
+        assert hanging.stable and hanging.frequencies == pytest.approx([rate])
+    for angle in (2.9, np.pi):
+        standing = model.equilibrium({"hinge": angle}, u=rest, any_kind=True)
+        assert standing.q == pytest.approx([np.pi]) and standing.stable is False
+        assert standing.frequencies == pytest.approx([-rate])
+        assert f"unstable along v.hinge: it would leave with e^({rate:.3g} t)" in standing.message
+    held = model.equilibrium(u={"torque": 2.0})
+    assert np.sin(held.q[0]) * MASS * G * LENGTH == pytest.approx(2.0, rel=1e-12)
+
+
+def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary() -> None:
+    depths = []
+    for count in (6, 12):
+        found = rods(count).equilibrium()
+        slopes = np.arange(count) - (count - 1) / 2  # weight between a rod and the middle, in rods
+        pull = brentq(lambda H, s=slopes: np.sum(np.cos(np.arctan(s / H))) / len(s) - 0.6, 1e-3, 1e3)
+        expected = np.arctan(-slopes / pull)  # positive angles point down
+        np.testing.assert_allclose(np.cumsum(found.q), expected, atol=1e-10)
+        assert found.stable and found.acceleration < 1e-8
+        depths.append(np.max(np.cumsum(np.sin(np.cumsum(found.q))) / count))
+    a = brentq(lambda a: 2.0 * a * np.sinh(0.3 / a) - 1.0, 0.05, 5.0)
+    errors = np.abs(np.array(depths) - a * (np.cosh(0.3 / a) - 1.0))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_base_is_held_where_it_is() -> None:
+    data = tomllib.loads(PENDULUM_TOML)
+    data |= {"name": "tilted"}
+    data["base"] = {"position": ["0.2 * sin(40 * t)", 0, 0], "rotation": [{"axis": [0, 1, 0], "angle": "0.3 * t"}]}
+    model = eomgen.build(data, profile="quick")
+    assert model.equilibrium(t=1.0, u={"torque": 0.0}).q == pytest.approx([-0.3], abs=1e-12)
+    assert model.equilibrium(t=2.0, u={"torque": 0.0}).q == pytest.approx([-0.6], abs=1e-12)
+
+
+# -- energy, constraints, groups -----------------------------------------------------------------------------------------------
+
+
+def suspended() -> eomgen.Model:
+    """Return a body in space that hangs on four springs, with a ball-jointed weight below it."""
+    builder = eomgen.SceneBuilder("suspended")
+    builder.body("frame", 4.0, center_of_mass=[0.02, 0.01, 0.03], inertia=[0.3, 0.4, 0.5])
+    builder.body("weight", 1.0, center_of_mass=[0.0, 0.0, -0.3], inertia=[0.02, 0.02, 0.01])
+    away = {"position": [0.3, -0.2, -0.4], "orientation": [np.cos(0.4), np.sin(0.4), 0.0, 0.0]}
+    builder.joint("root", "free", "base", "frame", initial=away)
+    builder.joint("ball", "spherical", "frame", "weight", initial={"position": [np.cos(1.0), 0.0, np.sin(1.0), 0.0]})
+    for k, (x, y) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
+        builder.point(f"roof{k}", "base", [1.2 * x, 1.1 * y, 1.0]).point(f"ear{k}", "frame", [0.4 * x, 0.3 * y, 0.1])
+        builder.spring(f"cord{k}", f"roof{k}", f"ear{k}", stiffness=80.0 + 10 * k, length=0.8)
+    return eomgen.build(builder.build(), profile="quick")
+
+
+def lowest(model: eomgen.Model, found: eomgen.analysis.equilibrium.Equilibrium, directions: np.ndarray) -> np.ndarray:
+    """Return how much higher the potential energy is at configurations nearby."""
+    q = product.update(model.factors, np.broadcast_to(found.q, (len(directions), model.nq)), directions)
+    rest = np.zeros(model.nv)
+    energy = model.energy(q, rest, rest, 0.0)["potential"]
+    return energy - model.energy(found.q, rest, rest, 0.0)["potential"]
+
+
+def test_a_body_in_space_on_springs_is_where_its_energy_is_least() -> None:
+    model = suspended()
+    found = model.equilibrium()
+    assert found.stable and found.iterations < 40 and found.acceleration < 1e-9
+    assert list(found.undetermined) == ["v.ball[2]"]
+    np.testing.assert_allclose(model.forward_dynamics(found.q, found.v), 0.0, atol=1e-8)
+    directions = 1e-3 * np.random.default_rng(3).normal(size=(60, model.nv))
+    assert np.all(lowest(model, found, directions) > 0.0)
+    small = lowest(model, found, 0.1 * directions)
+    np.testing.assert_allclose(small * 100.0, lowest(model, found, directions), rtol=0.05)  # a minimum, not a slope
+
+
+def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
+    found = model.equilibrium()
+    assert found.stable and np.max(np.abs(model.evaluate("constraint", found.q)["Phi"])) < 1e-12
+    vdot, lam = model.constrained_dynamics(found.q, found.v)
+    np.testing.assert_allclose(vdot, 0.0, atol=1e-9)
+    np.testing.assert_allclose(lam, found.multipliers, atol=1e-9)
+    rest, energies = np.zeros(model.nv), []
+    for angle in (-0.02, -0.01, 0.01, 0.02):
+        moved = model.consistent(found.q + np.array([angle, 0.0, 0.0]), rest).q
+        energies.append(model.energy(moved, rest, rest)["potential"] - model.energy(found.q, rest, rest)["potential"])
+    assert all(energy > 0.0 for energy in energies)
+    other = model.equilibrium(any_kind=True)
+    assert other.stable is False and other.frequencies[0] < 0.0
+
+
+def test_joint_and_absolute_coordinates_rest_alike() -> None:
+    model = eomgen.build(tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick")
+    for torque in (0.0, 2.0):
+        found, expected = model.equilibrium(u={"torque": torque}), pendulum().equilibrium(u={"torque": torque})
+        end = [0.0, 0.0, -2.0 * LENGTH]
+        tip, same = model.point("link", end, found.q, found.v), pendulum().point("link", end, expected.q, [0.0])
+        np.testing.assert_allclose(tip.position, same.position, atol=1e-10)
+        assert found.stable and found.frequencies == pytest.approx(expected.frequencies, rel=1e-9)
+        assert len(found.multipliers) == 5
+
+
+def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
+    model = eomgen.build(EXAMPLES / "hanging_chain" / "scene.toml")
+    found = model.equilibrium()
+    down = [model.pose(f"rod{k}", found.q)[4:] for k in range(1, 11)]
+    np.testing.assert_allclose(down, [[0.0, 0.0, -0.5 * k] for k in range(10)], atol=1e-9)
+    assert found.iterations < 30 and len(found.undetermined) == 10 and found.undetermined[0] == "v.ball1[0]"
+    # cords swing faster the higher they hang: ten rods of 0.5 m against Daniel Bernoulli's heavy string, J0(2 w sqrt(L/g)) = 0
+    assert found.frequencies[10] == pytest.approx(2.404825557695773 / 2.0 * np.sqrt(G / 5.0), rel=0.02)
+
+
+def test_internal_states_rest_too() -> None:
+    data = tomllib.loads(PENDULUM_TOML)
+    data |= {"name": "servo", "states": {"sum": {"rate": "0.7 - q.hinge"}, "lag": {"rate": "(40 * sum - lag) / 0.05"}}}
+    data["efforts"]["motor"]["effort"] = "30 * (0.7 - q.hinge) + lag"
+    model = eomgen.build(data, profile="quick")
+    found = model.equilibrium()
+    holding = MASS * G * LENGTH * np.sin(0.7)
+    assert found.q == pytest.approx([0.7], abs=1e-10)
+    np.testing.assert_allclose(found.z, [holding / 40.0, holding], rtol=1e-9)
+    assert found.stable is None and "stiffness alone does not decide it" in found.message
+    at_rest = {"hinge": {"position": 0.4, "velocity": 0.0}}
+    run = model.simulate(0.2, 1e-3, start="equilibrium", initial=at_rest, parameters={"shake": 0.0})
+    np.testing.assert_allclose(run.q, 0.7, atol=1e-7)
+
+
+# -- runs that start settled -----------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_says_that_it_starts_settled() -> None:
+    model = two_masses()
+    run = model.simulate(inputs={"push": -7.0}, parameters={"load": 4.0})
+    rest = np.array([-6.0 * G / 500.0, -(4.0 * G + 7.0) / 200.0])
+    np.testing.assert_allclose(run.q - rest, 0.0, atol=1e-12)
+    assert run.metadata["corrections"][0].startswith("initial position: at rest after ")
+    assert run.metadata["start"] == "the scene's equilibrium"
+    as_said = model.simulate(0.1, 1e-3, start="initial", inputs={"push": 0.0})
+    assert np.array_equal(as_said.q[0], [0.0, 0.0]) and as_said.metadata["corrections"] == []
+    given = model.simulate(0.1, 1e-3, initial={"upper": 0.05}, inputs={"push": 0.0})
+    assert np.array_equal(given.q[0], [0.0, 0.05])
+    assert as_said.metadata["start"] == "the scene's initial state, not its equilibrium"
+    assert given.metadata["start"] == "initial values given, in place of the scene's equilibrium"
+    moving = {"upper": {"position": 0.05, "velocity": 0.3}}
+    settled = model.simulate(0.1, 1e-3, initial=moving, start="equilibrium", inputs={"push": 0.0})
+    assert settled.q[0, 1] == pytest.approx(-3.0 * G / 200.0) and np.array_equal(settled.v[0], [0.0, 0.3])
+    assert settled.metadata["start"] == "equilibrium near the initial values given"
+    with pytest.raises(eomgen.UsageError, match="start: a run cannot start at 'rest'; try: initial or equilibrium"):
+        model.simulate(0.1, 1e-3, start="rest")
+
+
+def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = PENDULUM_TOML.replace("[simulation]", '[simulation]\nstart = "equilibrium"')
+    assert "equilibrium" in text
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    command = ["simulate", str(tmp_path / "scene.toml"), "--no-plots", "--t-end", "0.01", "--out", str(tmp_path / "out")]
+    for options, start in (
+        ([], "the scene's equilibrium"),
+        (["--initial", "hinge=0.1"], "initial values given, in place of the scene's equilibrium"),
+        (["--initial", "hinge=0.1", "--start", "equilibrium"], "equilibrium near the initial values given"),
+    ):
+        assert main([*command, *options]) == 0
+        printed = capsys.readouterr().out
+        assert start in " ".join(printed.split()), printed
+        assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["start"] == start
+
+
+def test_a_loop_starts_settled() -> None:
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
+    run = model.simulate(0.3, 1e-3, start="equilibrium", initial={"q": model.initial_q, "v": np.zeros(model.nv)})
+    assert run.success and np.ptp(run.q, axis=0).max() < 1e-6
+
+
+# -- what has no equilibrium -----------------------------------------------------------------------------------------------------
+
+
+def test_what_nothing_holds_is_named() -> None:
+    with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.root\[\d\]: it accelerates with .* m/s\^2, and no"):
+        flyer().equilibrium()
+    with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.\w+\[\d\]: .* try: a spring, a stop, a constraint"):
+        absolute().equilibrium()
+    with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.slide: it accelerates with 0\.707\d* m/s\^2"):
+        breaking().equilibrium()
+
+
+def test_rigid_modes_are_named() -> None:
+    found = eomgen.build(EXAMPLES / "free_spinning_body" / "scene.toml").equilibrium()
+    assert len(found.undetermined) == 6 and found.message.endswith("nothing determines " + ", ".join(found.undetermined))
+    assert found.stable and np.all(found.frequencies == 0.0)
+
+
+def test_forces_without_a_value_and_searches_without_an_end() -> None:
+    with pytest.raises(eomgen.NumericalError, match=r"the force along v\.slide is not a finite number at the initial state"):
+        breaking().equilibrium(t=0.6)
+    with pytest.raises(eomgen.NumericalError, match=r"no equilibrium was found in \d+ steps: v\.hinge still accelerates with"):
+        pendulum().equilibrium(u={"torque": 50.0})
+    with pytest.raises(eomgen.ModelError, match="the inertia matrix at the initial state is not positive definite"):
+        unchecked = replace(two_masses().scene, requirements=())  # which would refuse a mass that a URDF may have
+        eomgen.build(unchecked, profile="quick").equilibrium(parameters={"load": -4.0})
+
+
+def test_calls_that_cannot_be_taken() -> None:
+    small = eomgen.build(EXAMPLES / "quarter_car" / "scene.toml", terms=["forward_dynamics"])
+    with pytest.raises(eomgen.UsageError, match=r"the terms mass, partials, residual are needed.*terms=\[\.\.\., 'mass'"):
+        small.equilibrium()
+    with pytest.raises(eomgen.UsageError, match=r"parameters: one set of parameters is needed, not a batch of shape \(2, 1\)"):
+        two_masses().equilibrium(parameters={"load": [1.0, 2.0]})
+    with pytest.raises(eomgen.UsageError, match="t: t is nan, not a finite number"):
+        two_masses().equilibrium(t=float("nan"))
+
+
+# -- the command line ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "scene.toml", tmp_path / "rest.json"
+    scene.write_text(PENDULUM_TOML.replace("position = [0.4]", "position = [3.0]"), encoding="utf-8")
+    assert main(["equilibrium", str(scene), "--input", "torque=2", "--out", str(out)]) == 0
+    said = capsys.readouterr()
+    assert "shaken at rest" in said.out and "q.hinge" in said.out and "at rest after" in said.err and str(out) in said.err
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert data["q"]["q.hinge"] % (2 * np.pi) == pytest.approx(np.arcsin(2.0 / (MASS * G * LENGTH))) and data["stable"] is True
+    assert main(["equilibrium", str(scene), "--json", "--any-kind", "--set", "length=0.4", "--initial", "hinge=3.2"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["stable"] is False and abs(data["q"]["q.hinge"] - np.pi) < 0.1
+    assert main(["equilibrium", str(scene), "--input", "torque=50"]) == 6
+    assert "no equilibrium was found" in " ".join(capsys.readouterr().err.split())
+    assert main(["equilibrium", str(EXAMPLES / "hanging_chain" / "scene.toml")]) == 0
+    short = ["--start", "equilibrium", "--t-end", "0.05", "--no-plots", "--out", str(tmp_path / "o")]
+    assert main(["simulate", str(scene), *short]) == 0
+    summary = json.loads((tmp_path / "o" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["corrections"][0].startswith("initial position: at rest")

@@ -1,0 +1,129 @@
+"""Constrained models: terms with multipliers, and methods that cannot run them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.lie import product
+from tests.models.scenes import absolute, flyer
+
+
+def test_sizes_and_names_of_rows() -> None:
+    model = absolute()
+    assert (model.nq, model.nv, len(model.multipliers)) == (21, 18, 8)
+    assert model.multipliers[0].startswith("ball") and model.multipliers[-1].startswith("slide")
+
+
+def test_the_jacobian_is_the_left_trivialised_derivative_of_the_constraints(rng: np.random.Generator) -> None:
+    model = absolute()
+    q = product.update(model.factors, model.initial_q, rng.normal(scale=0.3, size=model.nv))
+    w = rng.normal(size=model.nv)
+    small = 1e-6
+    ahead, behind = (model.evaluate("constraint", product.update(model.factors, q, s * small * w))["Phi"] for s in (1.0, -1.0))
+    (B,) = model.evaluate("constraint_jacobian", q).values()
+    assert B.shape == (8, 18)
+    np.testing.assert_allclose(B @ w, (ahead - behind) / (2.0 * small), atol=1e-8)
+    batch = model.evaluate("constraint", np.stack([q, model.initial_q]))["Phi"]
+    assert batch.shape == (2, 8)
+    np.testing.assert_allclose(batch[1], 0.0, atol=1e-15)
+
+
+def test_multipliers_enter_the_residual_by_the_transposed_jacobian(rng: np.random.Generator) -> None:
+    model = absolute()
+    q, v, a, lam = model.initial_q, *rng.normal(size=(2, model.nv)), rng.normal(size=8)
+    (B,) = model.evaluate("constraint_jacobian", q).values()
+    free = model.evaluate("residual", q, v, a)["r"]
+    held = model.evaluate("residual", q, v, a, multipliers=lam)["r"]
+    np.testing.assert_allclose(held - free, B.T @ lam, atol=1e-12)
+    np.testing.assert_allclose(free, model.inverse_dynamics(q, v, a), atol=1e-12)
+    small = 1e-6
+    K, _, _ = model.partials(q, v, a, multipliers=lam)
+    w = rng.normal(size=model.nv)
+    ahead, behind = (
+        model.evaluate("residual", product.update(model.factors, q, s * small * w), v, a, multipliers=lam)["r"]
+        for s in (1.0, -1.0)
+    )
+    np.testing.assert_allclose(K @ w, (ahead - behind) / (2.0 * small), atol=1e-6)
+
+
+def test_wrong_multipliers_and_missing_velocities_are_named() -> None:
+    model = absolute()
+    rest = np.zeros(model.nv)
+    with pytest.raises(eomgen.UsageError, match=r"multipliers: the shape is \(3,\), \(\.\.\., 8\) is needed"):
+        model.partials(model.initial_q, rest, rest, multipliers=[1.0, 2.0, 3.0])
+    with pytest.raises(eomgen.UsageError, match="v: the term residual needs velocities"):
+        model.evaluate("residual", model.initial_q)
+    np.testing.assert_allclose(flyer().evaluate("residual", flyer().initial_q, flyer().initial_v)["r"], 0.0, atol=1e-12)
+
+
+def test_accelerations_meet_the_constraints_and_the_equations(rng: np.random.Generator) -> None:
+    model = absolute()
+    v = model.consistent(model.initial_q, rng.normal(size=model.nv)).v
+    vdot, multipliers = model.constrained_dynamics(model.initial_q, v)
+    residual = model.evaluate("residual", model.initial_q, v, vdot, multipliers=multipliers)["r"]
+    np.testing.assert_allclose(residual, 0.0, atol=1e-10)
+    (B,) = model.evaluate("constraint_jacobian", model.initial_q).values()
+    (g,) = model.evaluate("constraint_bias", model.initial_q, v).values()
+    np.testing.assert_allclose(B @ vdot + g, 0.0, atol=1e-9)
+    np.testing.assert_array_equal(model.forward_dynamics(model.initial_q, v), vdot)
+    batch = model.constrained_dynamics(model.initial_q, np.stack([v, 0.5 * v]))[0]
+    np.testing.assert_allclose(batch[0], vdot, rtol=1e-12, atol=1e-12)
+
+
+def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None:
+    free, held = flyer(), absolute()
+    expected, found = (model.simulate(0.2, 1e-3, method="generalized_alpha") for model in (free, held))
+    assert found.success, found.message
+    for body in (body.name for body in free.scene.bodies):
+        ends = [model.pose(body, solution.q[-1], solution.t[-1]) for model, solution in ((free, expected), (held, found))]
+        np.testing.assert_allclose(ends[1][4:], ends[0][4:], atol=2e-5)  # both have errors of order step^2
+    assert found.multipliers.shape == (len(found.t), 8)
+    assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
+
+
+def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
+    model = absolute()
+    q = model.initial_q.copy()
+    q[-1] += 0.01
+    solution = model.simulate(0.01, 1e-3, initial={"q": q, "v": model.initial_v})
+    assert solution.success and solution.stats["max_constraint"] <= 1e-12
+    assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
+
+
+def test_explicit_methods_say_why_they_refuse_constraints() -> None:
+    with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*constraints"):
+        absolute().simulate(0.1, 1e-3, method="rk4")
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha_index3", "generalized_alpha_f1", "generalized_alpha_index3_f2"])
+def test_other_forms_reach_the_same_end(method: str) -> None:
+    model = absolute()
+    expected = model.simulate(0.1, 5e-4)
+    found = model.simulate(0.1, 5e-4, method=method)
+    assert found.success, found.message
+    np.testing.assert_allclose(found.q[-1], expected.q[-1], atol=1e-5)
+
+
+def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
+    builder = eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
+    builder.body("bob", mass=1.0, center_of_mass=[0, 0, -1], inertia=[0.01, 0.01, 0.01]).joint("ball", "spherical", "base", "bob")
+    builder.point("tip", "bob", [0, 0, -1]).output("tip", position="tip")
+    scene = builder.build()
+    in_joints = eomgen.build(scene, profile="quick")
+    absolute_scene = replace(scene, coordinates="absolute", name="shaken_absolute", content=scene.content + b"absolute")
+    in_world = eomgen.build(absolute_scene, profile="quick")
+    for shake in (0.0, 0.1, 0.3):
+        expected, found = (model.simulate(0.5, 1e-3, parameters={"shake": shake}) for model in (in_joints, in_world))
+        np.testing.assert_allclose(found.outputs["tip"][0], [shake, 0.0, -1.0], atol=1e-12)
+        np.testing.assert_allclose(found.outputs["tip"][-1], expected.outputs["tip"][-1], atol=1e-5)
+
+
+def test_a_model_of_few_terms_runs_by_its_own_method_and_by_others() -> None:
+    model = eomgen.build(absolute().scene, ["poses"], profile="quick")
+    for method in ("generalized_alpha", "rk4_partitioned"):
+        run = model.simulate(0.01, 1e-3, method=method)
+        assert run.success, run.message

@@ -1,0 +1,303 @@
+"""Internal states in runs: exact solutions, orders in q, v and z for every method, stiff states, constraints and long trees."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import eomgen
+from eomgen.integrators.methods import method_named
+from tests.models.cache import shared_cache
+from tests.oracles.states import quaternion_product, rotation_of
+from tests.oracles.stepper import integrate
+from tests.oracles.system_equations import equations_of
+
+__all__ = ["shared_cache"]
+
+ALPHA, RK4 = "generalized_alpha", "rk4"
+#: What the steppers of scenes without constraints call.
+STEPPED = ("forward_dynamics", "equations", "iteration", "internal_rate")
+
+
+def orders(errors: list[np.ndarray]) -> np.ndarray:
+    """Return the slopes between the last two of errors at halved steps."""
+    return np.log2(errors[-2] / errors[-1])
+
+
+# -- a position servo on R: PI controller, motor with a first-order lag ---------------------------------------------------
+
+
+def servo() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("pi_motor", gravity=[0, 0, 0], terms=[*STEPPED, "outputs", "energy"])
+    builder.parameter("lag", 0.02, unit="s", tunable=True).parameter("integral_gain", 40.0, tunable=True)
+    builder.body("arm", 1.0, inertia=[1, 1, 1]).joint(
+        "pin", "revolute", "base", "arm", axis=[0, 0, 1], damping=0.5, initial={"position": 0.3}
+    )
+    builder.state("integral", "1 - q.pin", unit="rad s")
+    builder.state("torque", "(60 * (1 - q.pin) + integral_gain * integral - 10 * v.pin - torque) / lag", initial=0.2, unit="N m")
+    return builder.effort("motor", "pin", "torque").output("error", formula="1 - q.pin - 0 * torque").build()
+
+
+def servo_at(t: float, lag: float = 0.02, gain: float = 40.0) -> np.ndarray:
+    """Return (q, v, integral, torque) of the linear system from q = 0.3, torque = 0.2."""
+    A = np.array(
+        [[0, 1, 0, 0, 0], [0, -0.5, 0, 1, 0], [-1, 0, 0, 0, 1], [-60 / lag, -10 / lag, gain / lag, -1 / lag, 60 / lag], [0] * 5]
+    )
+    return (expm(A * t) @ [0.3, 0.0, 0.0, 0.2, 1.0])[:4]
+
+
+@pytest.fixture(scope="module")
+def motor() -> eomgen.Model:
+    return eomgen.build(servo())
+
+
+def servo_end(solution: eomgen.Solution) -> np.ndarray:
+    assert solution.success, solution.message
+    return np.concatenate([solution.q[-1], solution.v[-1], solution.z[-1]])
+
+
+@pytest.mark.parametrize(
+    ("method", "rho_inf", "steps", "order", "tolerance"),
+    [
+        (ALPHA, 0.8, (500, 1000, 2000), 2.0, 0.1), (ALPHA, 0.0, (500, 1000, 2000), 2.0, 0.1),
+        (ALPHA, 1.0, (500, 1000, 2000), 2.0, 0.1), (RK4, None, (125, 250, 500), 4.0, 0.2),
+    ],
+)  # fmt: skip
+def test_the_servo_is_that_of_linear_theory(
+    motor: eomgen.Model, method: str, rho_inf: float | None, steps: tuple[int, ...], order: float, tolerance: float
+) -> None:
+    errors = [
+        np.abs(servo_end(motor.simulate(0.5, 0.5 / count, method=method, rho_inf=rho_inf)) - servo_at(0.5)) for count in steps
+    ]
+    assert np.all(np.abs(orders(errors) - order) <= tolerance), orders(errors)
+    assert np.all(errors[-1] <= (1e-4 if order == 2.0 else 1e-9))
+
+
+def test_a_linear_step_takes_two_iterations_and_one_factorization(motor: eomgen.Model) -> None:
+    stats = motor.simulate(0.5, 1e-3).stats
+    assert stats["newton_iterations"] <= 2 * stats["steps"] and stats["factorizations"] == 1
+
+
+@pytest.mark.parametrize("rho_inf", [0.0, 0.5, 0.8])
+def test_states_much_faster_than_the_step_do_no_harm(motor: eomgen.Model, rho_inf: float) -> None:
+    """A lag of 1e-6 s in steps of 1e-3 s: the torque starts 42 N m off, alternates, and dies as rho_inf**n."""
+    run = motor.simulate(1.0, 1e-3, rho_inf=rho_inf, parameters={"lag": 1e-6})
+    assert run.success and run.stats["halvings"] == 0
+    off = np.abs(run.z[:, 1] - (60 * (1 - run.q[:, 0]) + 40 * run.z[:, 0] - 10 * run.v[:, 0]))
+    n = np.arange(len(off) - 1)
+    assert np.all(off[1:] <= 110.0 * max(rho_inf, 0.05) ** n * (1 + n) + 1e-2)
+    exact = servo_at(1.0, lag=1e-6)
+    assert np.allclose(servo_end(run), exact, atol=5e-2 if rho_inf else 2e-2)
+
+
+def test_trapezoidal_rule_is_that_of_states_too(motor: eomgen.Model) -> None:
+    step, lag = 1e-3, 0.02
+    A = np.array([[0, 1, 0, 0], [0, -0.5, 0, 1], [-1, 0, 0, 0], [-60 / lag, -10 / lag, 40 / lag, -1 / lag]])
+    b = np.array([0, 0, 1, 60 / lag])
+    x = np.array([0.3, 0.0, 0.0, 0.2])
+    for _ in range(100):
+        x = np.linalg.solve(np.eye(4) - 0.5 * step * A, (np.eye(4) + 0.5 * step * A) @ x + step * b)
+    assert np.allclose(servo_end(motor.simulate(0.1, step, method="trapezoidal")), x, rtol=0, atol=1e-9)
+
+
+def test_the_right_hand_side_for_other_solvers_has_states(motor: eomgen.Model) -> None:
+    start = np.concatenate([motor.initial_q, motor.initial_v, motor.initial_z])
+    run = solve_ivp(motor.rhs, (0.0, 0.5), start, method="DOP853", rtol=1e-11, atol=1e-12)
+    assert np.allclose(run.y[:, -1], servo_at(0.5), atol=1e-9)
+    assert motor.rhs(0.0, np.tile(start, (3, 1))).shape == (3, 4)
+
+
+def test_initial_states_by_name_and_array(motor: eomgen.Model) -> None:
+    for initial in ({"z": [0.1, -1.0]}, {"z": {"integral": 0.1, "torque": -1.0}}, {"integral": 0.1, "torque": -1.0, "pin": 0.3}):
+        assert np.array_equal(motor.simulate(0.0, initial=initial).z[0], [0.1, -1.0])
+    for initial, text in (
+        ({"z": [0.1]}, r"initial z: the shape is \(1,\), \(2,\) is needed"),
+        ({"z": {"torq": 0.1}}, "there is no state 'torq'; try: torque"),
+        ({"torq": 0.1}, "there is no joint or state 'torq'; try: torque"),
+        ({"torque": float("nan")}, r"initial z: z.torque is nan, not a finite number"),
+    ):
+        with pytest.raises(eomgen.UsageError, match=text):
+            motor.simulate(0.0, initial=initial)
+
+
+def test_calls_take_z_and_broadcast(motor: eomgen.Model) -> None:
+    z = np.array([[0.0, 0.2], [0.1, 1.0], [0.2, 2.0]])
+    assert motor.states == ("integral", "torque") and motor.nz == 2 and motor.z_names == ["z.integral", "z.torque"]
+    assert np.allclose(motor.forward_dynamics([0.3], [0.0])[..., 0], 0.2)
+    assert np.allclose(motor.forward_dynamics([0.3], [0.0], z=z)[:, 0], z[:, 1])
+    assert np.allclose(motor.forward_dynamics([0.3], [0.0], z={"torque": 7.0})[..., 0], 7.0)
+    assert np.allclose(motor.internal_rates([[0.3]], [0.0], z)[:, 0], 0.7)
+    assert motor.internal_rates(np.zeros((4, 1, 1)), [0.0], z).shape == (4, 3, 2)
+    with pytest.raises(eomgen.UsageError, match=r"z: the shape is \(3,\), \(..., 2\) is needed"):
+        motor.forward_dynamics([0.3], [0.0], z=[0.0, 1.0, 2.0])
+
+
+def test_states_are_recorded_in_all_files(motor: eomgen.Model, tmp_path) -> None:
+    from eomgen.results.plots import draw
+
+    run = motor.simulate(0.1)
+    again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
+    assert np.array_equal(again.z, run.z) and run.z.shape == (101, 2)
+    assert np.array_equal(again.columns()["z.torque"], run.z[:, 1])
+    assert "z.integral" in run.save(tmp_path / "run.csv").read_text().splitlines()[0].split(",")
+    assert tmp_path / "states.png" in draw(run, tmp_path)
+
+
+# -- a drone on SE(3): thrust that lags, a filter of its height ------------------------------------------------------------
+
+MASS, INERTIA = 1.2, np.array([0.02, 0.03, 0.05])
+
+
+def drone() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("lagging_drone", terms=STEPPED)
+    builder.body("hull", MASS, inertia=INERTIA)
+    builder.joint("flight", "free", "base", "hull", initial={"velocity": [1.0, 2.0, 3.0, 0.5, 0, 0]})
+    builder.point("top", "hull", [0.1, 0, 0.2])
+    builder.state("thrust", "(12 - 4 * filtered - thrust) / 0.1", initial=10.0).state("spin", "-0.5 * spin + 0.2 * v.flight[1]")
+    builder.state("filtered", "(position.top[2] - filtered) / 0.05")
+    builder.force("lift", "hull", force=[0, 0, "thrust"], torque=["0.1 * spin", 0, "-0.02 * v.flight[2]"], axes="body")
+    return builder.build()
+
+
+@cache
+def drone_at(t: float) -> np.ndarray:
+    """Return (q, v, z), written independently: Euler's equations, R' = R w~, and the three rates."""
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        p, w, u, (thrust, spin, filtered) = y[:4], y[7:10], y[10:13], y[13:]
+        R = rotation_of(p / np.linalg.norm(p))
+        torque = np.array([0.1 * spin, 0.0, -0.02 * w[2]])
+        force = np.array([0.0, 0.0, thrust]) - MASS * R.T @ [0.0, 0.0, 9.81]
+        top = y[4:7] + R @ [0.1, 0.0, 0.2]
+        return np.concatenate([
+            0.5 * quaternion_product(p, np.append(0.0, w)), R @ u, (torque - np.cross(w, INERTIA * w)) / INERTIA,
+            force / MASS - np.cross(w, u),
+            [(12 - 4 * filtered - thrust) / 0.1, -0.5 * spin + 0.2 * w[1], (top[2] - filtered) / 0.05],
+        ])  # fmt: skip
+
+    start = [1, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0.5, 0, 0, 10, 0, 0]
+    return solve_ivp(rates, (0.0, t), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+
+
+@pytest.fixture(scope="module")
+def flight() -> eomgen.Model:
+    return eomgen.build(drone())
+
+
+@pytest.mark.parametrize(
+    ("method", "steps", "order", "tolerance"), [(ALPHA, (400, 800), 2.0, 0.1), (RK4, (100, 200), 4.0, 0.2)]
+)
+def test_orders_on_rigid_motions(
+    flight: eomgen.Model, method: str, steps: tuple[int, ...], order: float, tolerance: float
+) -> None:
+    errors = []
+    for count in steps:
+        run = flight.simulate(0.8, 0.8 / count, method=method)
+        parts = np.split(np.concatenate([run.q[-1], run.v[-1], run.z[-1]]) - drone_at(0.8), [7, 13])
+        errors.append(np.array([np.linalg.norm(part) for part in parts]))
+    assert np.all(np.abs(orders(errors) - order) <= tolerance), orders(errors)
+    if method == ALPHA:
+        assert run.stats["newton_iterations"] <= 4 * run.stats["steps"]
+
+
+@pytest.mark.parametrize("method", [ALPHA, "generalized_alpha_f2", RK4])
+def test_compiled_steps_are_those_of_the_slow_stepper(flight: eomgen.Model, method: str) -> None:
+    system = eomgen.derive(drone(), ["forward_dynamics", "residual", "partials", "internal_rate", "internal_partials"])
+    expected = integrate(
+        equations_of(system), method_named(method), np.array(system.initial_q), np.array(system.initial_v), 0.01, 8,
+        z=np.array(system.initial_z),
+    )  # fmt: skip
+    run = flight.simulate(0.08, 0.01, method=method)
+    for found, wanted in ((run.q, expected.q), (run.v, expected.v), (run.z, expected.z)):
+        assert np.max(np.abs(found - wanted)) <= 1e-9
+
+
+# -- constraints ----------------------------------------------------------------------------------------------------------
+
+
+def crank(coordinates: str) -> eomgen.Scene:
+    """Return a pendulum whose pin is a constraint in absolute coordinates, driven by a lagging torque that feels the angle."""
+    builder = eomgen.SceneBuilder(f"lagging_pendulum_{coordinates}", coordinates=coordinates)
+    builder.body("bob", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.02, 0.02, 0.01])
+    builder.joint("pin", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.4}).point("end", "bob", [0, 0, -0.4])
+    builder.state("torque", "(3 * sin(2 * t) - 2 * q.pin - torque) / 0.08").state("seen", "(position.end[0] - seen) / 0.05")
+    return builder.effort("drive", "pin", "torque - 0.3 * v.pin - seen").build()
+
+
+@cache
+def crank_at(t: float) -> np.ndarray:
+    """Return (angle, rate, torque, seen)."""
+
+    def rates(time: float, y: np.ndarray) -> list[float]:
+        angle, rate, torque, seen = y
+        x = -0.4 * np.sin(angle)
+        moment = torque - 0.3 * rate - seen - 9.81 * 0.4 * np.sin(angle)
+        return [rate, moment / (0.02 + 0.16), (3 * np.sin(2 * time) - 2 * angle - torque) / 0.08, (x - seen) / 0.05]
+
+    return solve_ivp(rates, (0.0, t), [0.4, 0, 0, 0], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+
+
+@pytest.fixture(scope="module")
+def pinned() -> eomgen.Model:
+    return eomgen.build(crank("absolute"))
+
+
+@pytest.mark.parametrize(
+    ("method", "steps", "order", "tolerance"),
+    [
+        (ALPHA, (200, 400), 2.0, 0.1), ("generalized_alpha_index3", (200, 400), 2.0, 0.1),
+        ("rk4_partitioned", (100, 200), 4.0, 0.2),
+    ],
+)  # fmt: skip
+def test_orders_with_constraints(
+    pinned: eomgen.Model, method: str, steps: tuple[int, ...], order: float, tolerance: float
+) -> None:
+    exact, errors = crank_at(0.6), []
+    for count in steps:
+        run = pinned.simulate(0.6, 0.6 / count, method=method)
+        assert run.success, run.message
+        angle = 2.0 * np.arctan2(run.q[-1, 2], run.q[-1, 0])
+        errors.append(np.abs(np.array([angle, run.v[-1, 1], *run.z[-1]]) - exact))
+    assert np.all(np.abs(orders(errors) - order) <= tolerance), orders(errors)
+
+
+def test_a_pin_in_joint_coordinates_moves_the_same() -> None:
+    run = eomgen.build(crank("joint")).simulate(0.8, 1e-3, method=RK4)
+    assert np.allclose([run.q[-1, 0], run.v[-1, 0], *run.z[-1]], crank_at(0.8), atol=1e-9)
+
+
+def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen.Model) -> None:
+    system = eomgen.derive(crank("absolute"))
+    start = np.array(system.initial_q), np.array(system.initial_v)
+    expected = integrate(equations_of(system), method_named(ALPHA), *start, 0.01, 5, z=np.array(system.initial_z))
+    run = pinned.simulate(0.05, 0.01)
+    for found, wanted in ((run.q, expected.q), (run.v, expected.v), (run.z, expected.z)):
+        assert np.max(np.abs(found - wanted)) <= 1e-9
+
+
+# -- long trees -----------------------------------------------------------------------------------------------------------
+
+
+def test_long_trees_carry_states() -> None:
+    """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit steps."""
+    builder = eomgen.SceneBuilder("long_chain_with_states", terms=STEPPED)
+    for k in range(40):
+        builder.body(f"link_{k}", 0.5, center_of_mass=[0, 0, -0.1], inertia=[2e-3, 2e-3, 1e-4])
+        builder.joint(
+            f"joint_{k}", "revolute", f"link_{k - 1}" if k else "base", f"link_{k}", axis=[0, 1, 0],
+            position=[0, 0, -0.2 if k else 0], damping=0.05, stiffness=0.5, initial={"position": 0.02},
+        )  # fmt: skip
+    builder.point("tip", "link_39", [0, 0, -0.2])
+    builder.state("torque", "(2 * (0.1 - q.joint_5) - torque) / 0.05").state("pull", "(-3 * position.tip[0] - pull) / 0.1")
+    builder.effort("motor", "joint_5", "torque").force("wind", "link_39", point=[0, 0, -0.2], force=["pull", 0, 0])
+    model = eomgen.build(builder.build())
+    assert "partials" not in model.terms
+    fine = model.simulate(0.1, 2e-4, method=RK4)
+    coarse = [model.simulate(0.1, step) for step in (2e-3, 1e-3)]
+    errors = [np.array([np.linalg.norm(r.q[-1] - fine.q[-1]), np.linalg.norm(r.z[-1] - fine.z[-1])]) for r in coarse]
+    assert fine.success and np.all(np.abs(orders(errors) - 2.0) <= 0.2), orders(errors)
+    assert coarse[0].stats["newton_iterations"] <= 4 * coarse[0].stats["steps"]

@@ -1,0 +1,124 @@
+"""Runs with helical joints: the closed form over several turns, in joint coordinates, in absolute ones, and as a loop."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.scene.load import load_toml
+
+SCREW = """
+format = 1
+name = "screw"
+[parameters]
+pitch = { value = 0.3, unit = "m", tunable = true }
+[bodies.nut]
+mass = 2.0
+inertia = [0.05, 0.05, 0.08]
+[points.rim]
+body = "nut"
+position = [0.1, 0, 0]
+[outputs]
+rim = { position = "rim" }
+[joints.thread]
+parent = "base"
+child = "nut"
+"""
+HELICAL = 'type = "helical"\naxis = [0, 0, -1]\npitch = "-pitch"\ninitial = { velocity = 5 }\n'
+LOOP = """type = "free"
+[constraints.screw]
+type = "helical"
+first = { body = "base", axis = [0, 0, -1], x_axis = [1, 0, 0] }
+second = { body = "nut", axis = [0, 0, -1], x_axis = [1, 0, 0] }
+pitch = "-pitch"
+"""
+
+
+@cache
+def model(kind: str) -> eomgen.Model:
+    text = SCREW + (LOOP if kind == "loop" else HELICAL)
+    return eomgen.build(load_toml(text, coordinates="absolute" if kind == "absolute" else None))
+
+
+@pytest.mark.parametrize("kind", ["joint", "absolute", "loop"])
+@pytest.mark.parametrize("pitch", [0.3, -0.1])
+def test_a_nut_falls_along_its_screw(kind: str, pitch: float) -> None:
+    """(I + m p^2) angle'' = -m g p, several turns down; the axis points down and the screw is left-handed."""
+    start = {"q": [1.0, *[0.0] * 6], "v": [0.0, 0.0, -5.0, 0.0, 0.0, 5.0 * pitch]} if kind == "loop" else None
+    solution = model(kind).simulate(2.0, 1e-3, initial=start, parameters={"pitch": pitch})
+    assert solution.success, solution.message
+    angle = 5.0 * solution.t - 0.5 * 2.0 * 9.81 * pitch / (0.08 + 2.0 * pitch**2) * solution.t**2
+    assert np.ptp(angle) > 8.0 * np.pi
+    expected = np.stack([0.1 * np.cos(angle), -0.1 * np.sin(angle), pitch * angle], axis=1)
+    np.testing.assert_allclose(solution.outputs["rim"], expected, atol=2e-4)
+
+
+def test_names_and_units_of_several_coordinates() -> None:
+    joints = """
+[bodies.cross]
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+[joints.plane]
+type = "planar"
+parent = "nut"
+child = "cross"
+axis = [0, 0, 1]
+initial = { position = [0.1, 0.2, 0.3], velocity = [1, 2, 3] }
+"""
+    found = eomgen.build(load_toml(SCREW + HELICAL + joints))
+    assert found.q_names == ["q.thread", "q.plane[0]", "q.plane[1]", "q.plane[2]"]
+    assert (found.q_units, found.v_units) == (["rad", "rad", "m", "m"], ["rad/s", "rad/s", "m/s", "m/s"])
+    np.testing.assert_array_equal(found.initial_q, [0.0, 0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(found.initial_v, [5.0, 1.0, 2.0, 3.0])
+    other = found.simulate(0.0, 1e-3, initial={"plane": {"position": [0.5, 0.0, 0.0]}})
+    np.testing.assert_array_equal(other.q[0], [0.0, 0.5, 0.0, 0.0])
+
+
+RACK = """
+format = 1
+name = "rack"
+terms = ["forward_dynamics", "partials", "residual", "energy", "outputs", "poses"]
+[bodies.pinion]
+mass = 1.0
+inertia = [0.02, 0.02, 0.03]
+[bodies.rack]
+mass = 2.0
+[joints.rack]
+type = "prismatic"
+parent = "base"
+child = "rack"
+axis = [0, 0, 1]
+stiffness = 50
+rest = 0.25
+rotor_inertia = 0.5
+mimic = { joint = "pinion", multiplier = -0.1, offset = 0.2 }
+[joints.pinion]
+type = "revolute"
+parent = "base"
+child = "pinion"
+axis = [0, 1, 0]
+initial = { position = 0.5 }
+[outputs]
+rack = { formula = ["q.rack", "v.rack", "a.rack"] }
+"""
+
+
+def test_a_rack_that_follows_its_pinion() -> None:
+    """(I + (m + rotor) r^2) angle'' = -r (m g + c (r angle + 0.2 - rest)) with r = -0.1: a swing about where both forces meet."""
+    found = eomgen.build(load_toml(RACK))
+    assert (found.nq, found.q_names) == (1, ["q.pinion"])
+    solution = found.simulate(3.0, 5e-4)
+    assert solution.success, solution.message
+    inertia, rate = 0.02 + 2.5 * 0.01, np.sqrt(50.0 * 0.01 / (0.02 + 2.5 * 0.01))
+    middle = (0.25 - 0.2 - 2.0 * 9.81 / 50.0) / -0.1
+    angle = middle + (0.5 - middle) * np.cos(rate * solution.t)
+    np.testing.assert_allclose(solution.q[:, 0], angle, atol=1e-4)
+    speed = -(0.5 - middle) * rate * np.sin(rate * solution.t)
+    np.testing.assert_allclose(solution.outputs["rack"][:, :2], np.stack([0.2 - 0.1 * angle, -0.1 * speed], axis=1), atol=2e-4)
+    assert inertia * rate**2 == pytest.approx(0.5)
+    np.testing.assert_allclose(solution.energy["total"], solution.energy["total"][0], atol=1e-3)
+    with pytest.raises(eomgen.UsageError, match=r"there is no joint 'rack'"):
+        found.simulate(1.0, 1e-3, initial={"rack": 0.1})

@@ -1,0 +1,445 @@
+"""Calibrated gains: published ones, closed forms, the loop that they close, other parameters, constraints, refusals."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import eomgen
+from eomgen.control.modal import optimal_modal_gains
+from eomgen.control.plant import Plant
+from eomgen.control.riccati import lqr
+from eomgen.control.weights import Weights
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "scene.toml"
+
+CART = """\
+format = 1
+name = "cart"
+[parameters]
+length = { value = 0.6, tunable = true }
+[bodies]
+cart = { mass = 2 }
+pole = { mass = 0.5, center_of_mass = [0, 0, "length"], inertia = [0.02, 0.02, 0.001] }
+[joints]
+rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }
+hinge = { type = "revolute", parent = "cart", child = "pole", axis = [0, 1, 0], initial = { position = 0.02 } }
+[controllers.hold]
+type = "state_feedback"
+coordinates = ["hinge", "rail"]
+position_references = { rail = 0 }
+[controllers.hold.calibration]
+method = "lqr"
+position_weights = { rail = 10, hinge = 1 }
+velocity_weights = { rail = 2 }
+effort_weights = 0.1
+[efforts.hold]
+joint = "rail"
+effort = "hold"
+[simulation]
+method = "rk4"
+"""
+
+
+def model_of(text: str, **options: Any) -> eomgen.Model:
+    return eomgen.build(tomllib.loads(text), profile="quick", **options)
+
+
+def upright(length: float) -> Plant:
+    """Return the cart and its pole about the upright position, by hand: coordinates x and angle, gravity 9.81."""
+    m, J = 0.5, 0.02
+    M = [[2.0 + m, m * length], [m * length, J + m * length**2]]
+    return Plant(M, np.zeros((2, 2)), [[0.0, 0.0], [0.0, -m * 9.81 * length]], [[1.0], [0.0]], ["rail", "hinge"])
+
+
+def gains_of(length: float) -> dict[str, float]:
+    plant = upright(length)
+    found = lqr(plant, Weights.of(plant, [10.0, 1.0], [2.0, 0.0], 0.1))
+    return {
+        "hold_position_gain_hinge": found.G_p[0, 1], "hold_position_gain_rail": found.G_p[0, 0],
+        "hold_velocity_gain_hinge": found.G_v[0, 1], "hold_velocity_gain_rail": found.G_v[0, 0],
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def cart() -> eomgen.Model:
+    return model_of(CART)
+
+
+@pytest.mark.parametrize(
+    ("weights", "digits"),
+    [
+        ("{ travel = 1e3, deflection = 1e4 }", ("8410.5336", "-911.99654", "-2779.8603", "-609.38533")),
+        ("{ travel = 1e2, deflection = 1e5 }", ("13600", "-156.36312", "19350.159", "111.26320")),
+    ],
+)
+def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
+    """The quarter car from its scene, a tension for a force that lifts the body: the signs are turned."""
+    text = EXAMPLE.read_text().replace("{ travel = 1e3, deflection = 1e4 }", weights)
+    assert weights in text
+    model = model_of(text, terms=["outputs", "forward_dynamics"])
+    for signal, printed in zip(("travel", "body", "deflection", "wheel"), digits, strict=True):
+        value = model.parameters[f"ride_gain_{signal}"]
+        assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
+
+
+def test_gains_hold_a_pole_upright(cart: eomgen.Model) -> None:
+    for name, value in gains_of(0.6).items():
+        assert cart.parameters[name] == pytest.approx(value, rel=1e-9), name
+    assert cart.notes == ("controllers.hold: gains by lqr about the equilibrium; the slowest motion of the closed loop "
+                          f"decays at {-max(upright_poles().real):.4g} 1/s",)  # fmt: skip
+    run = cart.simulate(12.0, 2e-3, initial={"q": [0.2, 0.5]})
+    assert run.success and np.abs(run.q[-1]).max() < 1e-4
+    fallen = cart.simulate(2.0, 2e-3, parameters=dict.fromkeys(gains_of(0.6), 0.0))
+    assert np.abs(fallen.q[:, cart.q_names.index("q.hinge")]).max() > 1.0
+
+
+def upright_poles() -> np.ndarray:
+    plant = upright(0.6)
+    found = lqr(plant, Weights.of(plant, [10.0, 1.0], [2.0, 0.0], 0.1))
+    return plant.eigenvalues(found.G_p, found.G_v)
+
+
+def test_the_loop_closes_in_the_linear_model(cart: eomgen.Model) -> None:
+    """Gains on: the open loop's matrices plus B G, and the regulator's eigenvalues."""
+    rest = {"q": [0.0, 0.0]}
+    closed = cart.linearize(**rest)
+    none = dict.fromkeys(gains_of(0.6), 0.0)
+    opened = cart.linearize(**rest, parameters=none)
+    B = np.zeros((2, 1))
+    B[closed.coordinates.index("rail")] = 1.0
+    G_p, G_v = (
+        np.array([[cart.parameters[f"hold_{kind}_gain_{name}"] for name in closed.coordinates]])
+        for kind in ("position", "velocity")
+    )
+    np.testing.assert_allclose(closed.K0, opened.K0 + B @ G_p, rtol=0.0, atol=1e-12 * np.abs(closed.K0).max())
+    np.testing.assert_allclose(closed.C0, opened.C0 + B @ G_v, rtol=0.0, atol=1e-12 * np.abs(closed.C0).max())
+    values = np.linalg.eigvals(closed.state_space().A)
+    for value in upright_poles():
+        assert np.abs(values - value).min() < 1e-8 * abs(value)
+
+
+def test_small_motions_of_the_c_are_those_of_the_closed_loop(cart: eomgen.Model) -> None:
+    start = 1e-5 * np.array([2.0, -1.0])
+    run = cart.simulate(3.0, 1e-3, initial={"q": start, "v": [0.0, 0.0]})
+    A = cart.linearize(q=[0.0, 0.0]).state_space().A
+    expected = expm(3.0 * A) @ np.concatenate([start, np.zeros(2)])
+    np.testing.assert_allclose(np.concatenate([run.q[-1], run.v[-1]]), expected, rtol=0.0, atol=1e-10)
+
+
+def test_other_parameters_have_other_gains(cart: eomgen.Model) -> None:
+    found = cart.calibrate(parameters={"length": 1.1})
+    for name, value in gains_of(1.1).items():
+        assert found[name] == pytest.approx(value, rel=1e-9), name
+    assert set(found) == set(cart.parameters) - {"length"}
+    assert cart.calibrate() == {name: cart.parameters[name] for name in found}
+    again = cart.calibrate(parameters={"length": 1.1, **dict.fromkeys(found, 7.0)})
+    assert again == found
+    with pytest.raises(eomgen.UsageError, match="lenght"):
+        cart.calibrate(parameters={"lenght": 1.0})
+
+
+def test_a_model_without_calibration_has_none_to_give() -> None:
+    builder = eomgen.SceneBuilder("cart").body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    assert eomgen.build(builder.build(), terms=["mass"], profile="quick").calibrate() == {}
+
+
+def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> None:
+    """The program that stands alone runs the closed loop from its default parameters, to the digits that it prints."""
+    eomgen.generate(tomllib.loads(CART), tmp_path / "cart_c")
+    readme = (tmp_path / "cart_c" / "README.md").read_text()
+    assert "controllers.hold: gains by lqr about the equilibrium" in readme
+    sources = [str(path) for path in sorted((tmp_path / "cart_c").glob("*.c"))]
+    program = tmp_path / "cart"
+    subprocess.run(["cc", "-std=c99", "-O1", "-o", str(program), *sources, "-lm"], check=True)
+    printed = subprocess.run([str(program), "2", "0.002"], check=True, capture_output=True, text=True).stdout
+    last = [float(number) for number in printed.strip().splitlines()[-1].split(",")]
+    run = cart.simulate(2.0, 2e-3)
+    np.testing.assert_allclose(last[1:5], [*run.q[-1], *run.v[-1]], rtol=1e-6, atol=1e-9)
+
+
+def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(CART)
+    code = (
+        f"import sys, eomgen; model = eomgen.build({str(path)!r}, profile='quick'); "
+        "print(model.parameters['hold_position_gain_rail'], "
+        "[name for name in ('sympy', 'scipy', 'jinja2') if name in sys.modules])"
+    )
+    environment = {**os.environ, "EOMGEN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(Path(eomgen.__file__).parents[1])}
+
+    def said() -> list[str]:
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        return done.stdout.split(maxsplit=1)
+
+    first = said()
+    later = [said() for _ in range(3)]  # an edit of the checkout in between builds anew
+    assert "sympy" in first[1]
+    assert any(rest.strip() == "[]" for _, rest in later), later
+    assert {value for value, _ in later} == {first[0]}
+
+
+MASSES = """\
+format = 1
+name = "masses"
+gravity = [0, 0, 0]
+[bodies]
+one = { mass = 1.5 }
+two = { mass = 2.5 }
+[joints]
+one = { type = "prismatic", parent = "base", child = "one", axis = [1, 0, 0], stiffness = 90, damping = 0.3 }
+two = { type = "prismatic", parent = "one", child = "two", axis = [1, 0, 0], stiffness = 40, damping = 0.2 }
+[controllers.hold]
+type = "state_feedback"
+outputs = ["one", "two"]
+coordinates = ["one", "two"]
+[controllers.hold.calibration]
+CALIBRATION
+[efforts]
+one = { joint = "one", effort = "hold_one" }
+two = { joint = "two", effort = "hold_two" }
+"""
+
+
+def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
+    """Return the model of two masses in a row, and its gains G_p and G_v."""
+    model = model_of(MASSES.replace("CALIBRATION", calibration))
+    G_p, G_v = (
+        np.array([[model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")] for row in ("one", "two")])
+        for kind in ("position", "velocity")
+    )
+    return model, G_p, G_v
+
+
+def test_modal_control_of_a_scene() -> None:
+    model, G_p, G_v = masses('method = "imsc"\neffort_weights = [1e-3, 1e-2]')
+    M = np.array([[4.0, 2.5], [2.5, 2.5]])  # the second coordinate is relative to the first
+    half = np.linalg.inv(np.linalg.cholesky(M))
+    squares, shapes = np.linalg.eigh(half @ np.diag([90.0, 40.0]) @ half.T)
+    shapes = half.T @ shapes
+    g, h = optimal_modal_gains(np.sqrt(squares), np.diag(shapes.T @ np.diag([0.3, 0.2]) @ shapes), [1e-3, 1e-2])
+    np.testing.assert_allclose(shapes.T @ G_p @ shapes, np.diag(g), rtol=0.0, atol=1e-8 * g.max())
+    np.testing.assert_allclose(shapes.T @ G_v @ shapes, np.diag(h), rtol=0.0, atol=1e-8 * h.max())
+    assert "gains by imsc about the equilibrium; modes 1, 2, spillover 0; the slowest motion of the closed loop" in model.notes[0]
+
+
+def test_placed_modes_and_placed_poles_of_a_scene() -> None:
+    model, *_ = masses('method = "pole_placement"\nfrequencies = [9, "120 rpm"]\ndamping_ratios = [0.5, 0.1]')
+    values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
+    for w, zeta in ((9.0, 0.5), (4.0 * np.pi, 0.1)):
+        assert np.abs(values - w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))).min() < 1e-2 * w  # the model's damping couples modes
+    model, *_ = masses('method = "pole_placement"\npoles = [[-1, 2], [-1, -2], [-5, 0], [-6, 0]]')
+    values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
+    for pole in (-1 + 2j, -1 - 2j, -5, -6):
+        assert np.abs(values - pole).min() < 1e-8
+
+
+def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
+    both = MASSES.replace('outputs = ["one", "two"]\n', "").replace("hold_one", "hold").replace("hold_two", "later")
+    both += (
+        '[controllers.later]\ntype = "state_feedback"\ncoordinates = ["one", "two"]\n'
+        '[controllers.later.calibration]\nmethod = "lqr"\nposition_weights = { two = 500 }\neffort_weights = 0.01\n'
+    )
+    model = model_of(both.replace("CALIBRATION", 'method = "lqr"\nvelocity_weights = { one = 30 }\neffort_weights = 0.1'))
+
+    def gains(name: str) -> np.ndarray:
+        names = [[f"{name}_{kind}_gain_{joint}" for joint in ("one", "two")] for kind in ("position", "velocity")]
+        return np.array([[model.parameters[gain] for gain in row] for row in names])
+
+    M, C, K = np.array([[4.0, 2.5], [2.5, 2.5]]), np.diag([0.3, 0.2]), np.diag([90.0, 40.0])
+    first, second = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+    plant = Plant(M, C, K, first)
+    hold = lqr(plant, Weights.of(plant, 0.0, [30.0, 0.0], 0.1))
+    np.testing.assert_allclose(gains("hold"), [hold.G_p[0], hold.G_v[0]], rtol=1e-8, atol=1e-8)
+    plant = Plant(M, C + first @ hold.G_v, K + first @ hold.G_p, second)
+    later = lqr(plant, Weights.of(plant, [0.0, 500.0], 0.0, 0.01))
+    np.testing.assert_allclose(gains("later"), [later.G_p[0], later.G_v[0]], rtol=1e-8, atol=1e-8)
+
+
+def test_references_are_where_the_controller_rests() -> None:
+    """A hanging load: the spring is stretched, and the controller gives nothing there."""
+    text = (
+        'format = 1\nname = "hanging"\n[bodies]\nload = { mass = 3 }\n[joints]\n'
+        'rope = { type = "prismatic", parent = "base", child = "load", axis = [0, 0, 1], stiffness = 200 }\n'
+        '[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["rope"]\nsignals = { above = "2 * q.rope + 1" }\n'
+        'calibration = { method = "lqr", effort_weights = 0.01, position_weights = { rope = 100 } }\n'
+        '[efforts]\nhold = { joint = "rope", effort = "hold" }\n[outputs]\nhold = { formula = "hold" }\n'
+        '[simulation]\nstart = "equilibrium"\n'
+    )
+    model = model_of(text)
+    sag = -3 * 9.81 / 200
+    assert model.parameters["hold_position_reference_rope"] == pytest.approx(sag)
+    assert model.parameters["hold_reference_above"] == pytest.approx(2 * sag + 1)
+    run = model.simulate(1.0, 1e-2)
+    assert np.abs(run.outputs["hold"]).max() < 1e-9 and np.abs(run.q - sag).max() < 1e-9
+
+
+def test_constraints_are_projected_out() -> None:
+    """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
+    text = """\
+format = 1
+name = "parallelogram"
+[bodies]
+left = { mass = 2, center_of_mass = [0, 0, -0.5], inertia = [0.1, 0.1, 0.1] }
+right = { mass = 3, center_of_mass = [0, 0, -0.5], inertia = [0.2, 0.2, 0.2] }
+[joints]
+left = { type = "revolute", parent = "base", child = "left", axis = [0, 1, 0], damping = 0.4 }
+right = { type = "revolute", parent = "base", child = "right", axis = [0, 1, 0], position = [1, 0, 0] }
+[points]
+a = { body = "left", position = [0, 0, -1] }
+b = { body = "right", position = [0, 0, -1] }
+[constraints]
+rod = { type = "distance", first = "a", second = "b", length = 1 }
+[controllers.hold]
+type = "state_feedback"
+coordinates = ["left"]
+calibration = { method = "lqr", effort_weights = 0.01, position_weights = { right = 50 }, velocity_weights = { left = 2 } }
+[efforts]
+hold = { joint = "left", effort = "hold" }
+"""
+    model = model_of(text)
+    J = 0.1 + 0.2 + 5 * 0.25
+    plant = Plant([[J]], [[0.4]], [[5 * 9.81 * 0.5]], [[1.0]])
+    found = lqr(plant, Weights.of(plant, 50.0, 2.0, 0.01))
+    assert model.parameters["hold_position_gain_left"] == pytest.approx(found.G_p[0, 0], rel=1e-8)
+    assert model.parameters["hold_velocity_gain_left"] == pytest.approx(found.G_v[0, 0], rel=1e-8)
+
+
+def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
+    """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
+    text = """\
+format = 1
+name = "wheel"
+gravity = [0, 0, 0]
+[bodies]
+wheel = { mass = 1, inertia = [0.5, 0.5, 0.5] }
+[joints]
+axle = { type = "revolute", parent = "base", child = "wheel", axis = [0, 0, 1], initial = { velocity = 20 } }
+[controllers.speed]
+type = "state_feedback"
+signals = { rate = "v.axle" }
+calibration = { method = "lqr", at = "initial", effort_weights = 0.25, velocity_weights = { axle = 4 } }
+[efforts]
+speed = { joint = "axle", effort = "speed" }
+"""
+    with pytest.raises(eomgen.ModelError, match="the mode of axle at 0 Hz, which nothing holds, costs nothing"):
+        model_of(text)
+    model = model_of(text.replace("velocity_weights", "position_weights = { axle = 1 }, velocity_weights").replace(
+        'rate = "v.axle"', 'rate = "v.axle", angle = "q.axle - 20 * t"'))  # fmt: skip
+    plant = Plant([[0.5]], [[0.0]], [[0.0]], [[1.0]])
+    found = lqr(plant, Weights.of(plant, 1.0, 4.0, 0.25))
+    assert model.parameters["speed_gain_rate"] == pytest.approx(found.G_v[0, 0], rel=1e-9)
+    assert model.parameters["speed_gain_angle"] == pytest.approx(found.G_p[0, 0], rel=1e-9)
+    assert model.parameters["speed_reference_rate"] == 20.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kind", "message"),
+    [
+        ('joint = "rail"\neffort = "hold"', 'joint = "rail"\neffort = "0 * hold"', eomgen.ModelError,
+         "the mode of hinge and rail that grows at 4.236 1/s without oscillating cannot be stabilised: no actuator moves"),
+        ('coordinates = ["hinge", "rail"]\nposition_references = { rail = 0 }', 'coordinates = ["hinge"]', eomgen.ModelError,
+         "the feedback needs q.rail, which the coordinates and signals of hold do not tell; try: q.rail among its signals"),
+        ("effort_weights = 0.1", "effort_weights = 0", eomgen.DescriptionError,
+         "some effort costs nothing, so no gain is large enough"),
+        ("position_weights = { rail = 10, hinge = 1 }", 'at = "initial"', eomgen.ModelError,
+         "the initial state is not in balance: it accelerates with "),
+        ('method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }', 'method = "imsc"',
+         eomgen.ModelError, "the equilibrium is unstable: the mode of hinge grows at 4.236 1/s, and modal control is for modes"),
+        ('method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }\neffort_weights = 0.1',
+         'method = "pole_placement"\npoles = [[-1, 2], [-1, 2], [-3, 0], [-4, 0]]',
+         eomgen.DescriptionError, "the pole -1+2i is there without its conjugate; try: -1-2i too"),
+        ('[simulation]', '[states]\nlag = { rate = "q.rail - lag" }\n[efforts.lag]\njoint = "rail"\neffort = "lag - q.rail"\n'
+         "[simulation]", eomgen.ModelError,
+         "forces depend on the internal states lag, and these methods are for models of second order"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_calibrated(old: str, new: str, kind: type[eomgen.EomgenError], message: str, tmp_path: Path) -> None:
+    assert old in CART
+    path = tmp_path / "scene.toml"
+    path.write_text(CART.replace(old, new))
+    with pytest.raises(kind) as caught:
+        eomgen.build(path, profile="quick")
+    (problem,) = caught.value.problems
+    assert problem.where.endswith("(controllers.hold.calibration)") and "scene.toml:" in problem.where
+    assert str(problem).split(": ", 1)[1].startswith(message), problem
+
+
+MAST = """\
+format = 1
+name = "mast"
+gravity = [0, 0, 0]
+[beams.mast]
+length = 2.0
+mass_per_length = 1.5
+bending_y = { modes = 2, stiffness = 100.0 }
+[joints.foot]
+type = "fixed"
+parent = "base"
+child = "mast"
+[controllers.hold]
+type = "state_feedback"
+signals = { b0 = "q.mast[0]", b1 = "q.mast[1]", b0_rate = "v.mast[0]", b1_rate = "v.mast[1]" }
+[controllers.hold.calibration]
+method = "pole_placement"
+modes = [1]
+damping_ratios = 0.3
+[forces.push]
+body = "mast"
+point = [1.2, 0, 0]
+force = [0, "hold", 0]
+"""
+
+
+def test_a_mode_that_is_left_without_damping_is_named() -> None:
+    """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its coordinate."""
+    model = model_of(MAST)
+    assert model.notes[0].endswith("; the closed loop does not decay: mast[1]")
+    first = (1.875104068711961 / 2.0) ** 2 * np.sqrt(100.0 / 1.5)  # of Euler and Bernoulli's cantilever
+    values = np.linalg.eigvals(model.linearize().state_space().A)
+    assert np.abs(values - first * (-0.3 + 1j * np.sqrt(1.0 - 0.09))).min() < 1e-8 * first
+    with pytest.raises(eomgen.ModelError, match="the modes 1, 2 cannot be placed each by itself"):
+        model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
+
+
+def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
+    with pytest.raises(eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"):
+        model_of(MAST).simulate(0.1, initial={"mast": 0.01})
+
+
+def test_what_damping_makes_of_placed_modes_is_told() -> None:
+    """The coupling by damping is read from the matrices, apart from what is said of it."""
+    text = MASSES.replace("stiffness = 40, damping = 0.2", "stiffness = 40, damping = 12")
+    model = model_of(text.replace("CALIBRATION", 'method = "pole_placement"\ndamping_ratios = [0.5, 0.1]'))
+    values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
+    said = re.search(r"mode 1 gets (\S+) rad/s with a damping ratio of (\S+), not (\S+) with 0.5", model.notes[0])
+    assert said is not None, model.notes
+    size, ratio, wanted = map(float, said.groups())
+    assert abs(size - wanted) > 1e-3 * wanted or abs(ratio - 0.5) > 1e-3
+    assert np.abs(values - size * (-ratio + 1j * np.sqrt(1.0 - ratio**2))).min() < 5e-3 * size
+
+
+def test_modes_beyond_the_model() -> None:
+    with pytest.raises(eomgen.DescriptionError, match="there is no mode 3: the model has 2; try: 1 to 2"):
+        masses('method = "imsc"\neffort_weights = 1\nmodes = [1, 3]')
+
+
+def test_extreme_parameters_give_gains_without_a_word_from_numpy(recwarn: pytest.WarningsRecorder) -> None:
+    plant = Plant([[1e300]], [[0.0]], [[30.0]], [[1.0]])
+    found = lqr(plant, Weights.of(plant, position=400.0, effort=0.01))
+    k = np.sqrt(30.0**2 + 400.0 / 0.01) - 30.0  # (k + G)^2 = k^2 + weight / effort of one coordinate without damping
+    assert found.G_p[0, 0] == pytest.approx(k) and found.G_v[0, 0] == pytest.approx(np.sqrt(2.0 * k) * 1e150)
+    assert not recwarn.list

@@ -1,0 +1,118 @@
+"""Generated C of scenes that start at equilibrium: it starts where ``simulate`` does, or says why not."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from tests.codegen.test_stand_alone import compiled, run
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+SERVO = """
+format = 1
+name = "servo"
+[parameters.load]
+value = 2.0
+unit = "kg"
+tunable = true
+[bodies.slide]
+mass = "load"
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "slide"
+axis = [0, 0, 1]
+initial = { position = 0.3 }
+[states.held]
+rate = "(500 * q.rail - held) / 0.1"
+[efforts.spring]
+joint = "rail"
+effort = "-held - 40 * v.rail"
+[simulation]
+start = "equilibrium"
+"""
+
+
+def four_bar(start: str) -> eomgen.Scene:
+    """Return a loop of three rods that hangs with a spring at its crank."""
+    builder = eomgen.SceneBuilder("four_bar").simulation(start=start)
+    before = "base"
+    for name, length, angle in (("crank", 0.3, 0.6), ("coupler", 0.5, -0.3), ("rocker", 0.4, 1.2)):
+        inertia = [1e-4, length**2 / 12, length**2 / 12]
+        builder.body(name, 1.0, center_of_mass=[length / 2, 0, 0], inertia=inertia)
+        place = [{"base": 0.0, "crank": 0.3, "coupler": 0.5}[before], 0, 0]
+        more: dict[str, object] = {"initial": {"position": angle}}
+        more |= {"stiffness": 8.0, "damping": 0.5} if name == "crank" else {}
+        builder.joint(f"pin_{name}", "revolute", before, name, axis=[0, 1, 0], position=place, **more)
+        before = name
+    ground = {"body": "base", "position": [0.6, 0, 0], "axis": [0, 1, 0]}
+    builder.constraint("end", "point_on_line", ground, {"body": "rocker", "position": [0.4, 0, 0]})
+    return builder.build()
+
+
+def rows_of(program: Path, *words: str) -> np.ndarray:
+    result = run(program, *words)
+    assert (result.returncode, result.stderr) == (0, "")
+    return np.array([[float(text) for text in line.split(",")] for line in result.stdout.splitlines()[1:]])
+
+
+def test_the_program_of_a_spring_stands_still_at_m_g_over_k_also_with_an_internal_state(tmp_path: Path) -> None:
+    scene = tmp_path / "servo.toml"
+    scene.write_text(SERVO, encoding="utf-8")
+    eomgen.generate(scene, tmp_path / "c")
+    rows = rows_of(compiled(tmp_path / "c"), "2.0", "1e-2", "50")
+    np.testing.assert_allclose(rows[:, 1], -2.0 * 9.81 / 500.0, atol=1e-12)
+    np.testing.assert_allclose(rows[:, 2:4], 0.0, atol=1e-10)
+    told = "It starts at static equilibrium, found when this code was made, at the default parameters (load = 2 kg)."
+    assert told in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+    assert told[:60] in (tmp_path / "c" / "servo.c").read_text(encoding="utf-8")
+    moved = rows_of(tmp_path / "c" / "program", "0.2", "1e-2", "5", "load=3")
+    assert moved[-1, 1] < rows[0, 1] - 1e-3
+
+
+def test_the_program_of_a_loop_starts_as_simulate_does_and_generates_the_same_bytes(tmp_path: Path) -> None:
+    scene = four_bar("equilibrium")
+    files = eomgen.generate(scene, tmp_path / "c")
+    again = eomgen.generate(scene, tmp_path / "again")
+    assert [file.read_bytes() for file in files] == [file.read_bytes() for file in again]
+    rows = rows_of(compiled(tmp_path / "c"), "1.0", "1e-2", "25")
+    known = eomgen.build(scene, profile="reproducible").simulate(1.0, 1e-2, record_every=25)
+    np.testing.assert_allclose(rows[:, 1:4], known.q, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 1:4], rows[:1, 1:4].repeat(len(rows), axis=0), atol=1e-9)
+
+
+def test_other_scenes_keep_their_bytes_but_for_the_start(tmp_path: Path) -> None:
+    eomgen.generate(four_bar("initial"), tmp_path / "c")
+    for file in (tmp_path / "c").iterdir():
+        assert "equilibrium" not in file.read_text(encoding="utf-8")
+
+
+def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "falling.toml"
+    scene.write_text(SERVO.replace("-held - 40 * v.rail", "-40 * v.rail"), encoding="utf-8")
+    said = (
+        "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at the "
+        "initial state of the joints. The reason: equilibrium: nothing holds v.rail: it accelerates with -9.81 m/s^2"
+    )
+    assert main(["generate", str(scene), "--out", str(tmp_path / "c")]) == 0
+    assert f"warning: servo: {said}" in capsys.readouterr().err
+    assert said in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+    assert rows_of(compiled(tmp_path / "c"), "0.1", "1e-2")[0, 1] == 0.3
+
+
+def test_without_a_compiler_the_folder_is_written_with_the_reason(tmp_path: Path) -> None:
+    script = f"import eomgen; eomgen.generate({str(tmp_path / 's.toml')!r}, {str(tmp_path / 'c')!r})"
+    (tmp_path / "s.toml").write_text(SERVO, encoding="utf-8")
+    environment = {"EOMGEN_CACHE": str(tmp_path / "cache"), "CC": str(tmp_path / "none"), "PATH": str(tmp_path)}
+    result = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "RuntimeWarning: servo: The scene asks for a start at static equilibrium" in result.stderr
+    assert "which was not found when this code was made" in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")

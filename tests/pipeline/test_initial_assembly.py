@@ -1,0 +1,114 @@
+"""Scenes with constraints are made ready: redundant rows found and named, guesses corrected, contradictions refused by name."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from eomgen.errors import ModelError
+from eomgen.mechanics.derive import derive
+from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Body, Scene
+from eomgen.system.system import System
+from tests.oracles.formulas import number, vector
+
+CRANK, COUPLER, ROCKER, GROUND = 0.3, 0.8, 0.6, 0.9
+
+
+def bar(name: str, length: float) -> Body:
+    inertia = tuple(number(value) for value in (0.001, 0.01, 0.01, 0.0, 0.0, 0.0))
+    return Body(name, number(1.0), vector((length / 2, 0, 0)), inertia)  # type: ignore[arg-type]  # six entries
+
+
+def hinge(name: str, parent: str, child: str, at: float, angle: float, rate: float) -> Joint:
+    place = vector((at, 0, 0))
+    return Joint(name, "revolute", parent, child, position=place, initial_position=(angle,), initial_velocity=(rate,))
+
+
+def four_bar(coordinates: str = "joint", rocker: float = ROCKER, tilt: float = 0.0) -> Scene:
+    """Return a planar four-bar from a guess that does not close; revolute where three of five equations say nothing new."""
+    tilted = ((1.0, 0.0, 0.0), (0.0, math.cos(tilt), -math.sin(tilt)), (0.0, math.sin(tilt), math.cos(tilt)))
+    joints = (
+        hinge("a", "base", "crank", 0.0, 1.2, 3.0),
+        hinge("b", "crank", "coupler", CRANK, -1.0, 0.0),
+        hinge("c", "base", "rocker", GROUND, 1.9, 0.0),
+    )
+    end, tip = Frame("coupler", vector((COUPLER, 0, 0))), Frame("rocker", vector((rocker, 0, 0)), tilted)
+    loop = Constraint("loop", "revolute", end, tip)
+    bodies = (bar("crank", CRANK), bar("coupler", COUPLER), bar("rocker", rocker))
+    return Scene("four_bar", bodies, joints, constraints=(loop,), coordinates=coordinates)  # type: ignore[arg-type]
+
+
+def made_ready(scene: Scene) -> System:
+    return ready(partial(derive, scene))
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str) -> None:
+    system = made_ready(four_bar(coordinates))
+    assert [name for name in system.multipliers if name.startswith("loop")] == [
+        "loop: origins meet along x", "loop: origins meet along y",
+    ]  # fmt: skip
+    assert [note for note in system.notes if "left out" in note] == [
+        "loop: origins meet along z follows from the constraints before it and is left out",
+        "loop: z stays perpendicular to x follows from the constraints before it and is left out",
+        "loop: z stays perpendicular to y follows from the constraints before it and is left out",
+    ]
+    B = constrained(system).jacobian(np.array(system.initial_q), 0.0)
+    assert np.linalg.matrix_rank(B) == len(system.multipliers) == system.nv - 1
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_a_guess_is_corrected_and_the_note_says_by_how_much(coordinates: str) -> None:
+    system = made_ready(four_bar(coordinates))
+    q, v = np.array(system.initial_q), np.array(system.initial_v)
+    equations = constrained(system)
+    assert np.abs(equations.constraint(q, 0.0)).max() <= 1e-12
+    assert np.abs(equations.velocity(q, v, 0.0)).max() <= 1e-12
+    closing = [math.cos(1.2) * CRANK + math.cos(0.2) * COUPLER, math.sin(1.2) * CRANK + math.sin(0.2) * COUPLER]
+    rocker = [GROUND + math.cos(1.9) * ROCKER, math.sin(1.9) * ROCKER]
+    gap = np.array(closing) - np.array(rocker)
+    turned = math.cos(1.9) * gap[0] + math.sin(1.9) * gap[1]  # in the second frame's axes
+    assert f"initial position corrected: loop: origins meet along x was off by {turned:.3g}" in system.notes
+
+
+def test_the_corrected_loop_closes_as_triangles_say() -> None:
+    q = made_ready(four_bar()).initial_q
+    first, second = q[0], q[0] + q[1]
+    end = [CRANK * f(first) + COUPLER * f(second) for f in (math.cos, math.sin)]
+    assert np.allclose(end, [GROUND + math.cos(q[2]) * ROCKER, math.sin(q[2]) * ROCKER], atol=1e-12)
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
+    short = replace(four_bar(coordinates, rocker=0.05), name="short")
+    shorter = replace(short, bodies=(short.bodies[0], bar("coupler", 0.1), short.bodies[2]))
+    loop = replace(shorter.constraints[0], first=Frame("coupler", vector((0.1, 0, 0))))
+    with pytest.raises(ModelError, match=r"positions of the constraints cannot be met together.*loop: origins meet") as caught:
+        made_ready(replace(shorter, constraints=(loop,)))
+    assert "lengths and axes that fit" in str(caught.value)
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+@pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
+def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: str, tilt: float) -> None:
+    """Seven digits are what a drawing has; taken at their word, the rows would lock the loop, or contradict each other."""
+    planar, tilted = made_ready(four_bar(coordinates)), made_ready(four_bar(coordinates, tilt=tilt))
+    assert tilted.multipliers == planar.multipliers
+    np.testing.assert_allclose(tilted.initial_q, planar.initial_q, rtol=0, atol=tilt)
+    np.testing.assert_allclose(tilted.initial_v, planar.initial_v, rtol=0, atol=10.0 * tilt)
+    said = (
+        f"loop: z stays perpendicular to y follows from the constraints before it and is left out, though it is off by {tilt:.3g}"
+    )
+    assert said in tilted.notes
+
+
+def test_an_axis_out_of_the_plane_is_a_contradiction() -> None:
+    with pytest.raises(ModelError, match="loop: z stays perpendicular to y"):
+        made_ready(four_bar(tilt=math.radians(5.0)))

@@ -1,0 +1,50 @@
+"""What the road from a description to a model takes, and how it refuses the rest."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.mechanics.derive import TERMS as DERIVED
+from eomgen.system.terms import TERMS
+from tests.models.cache import shared_cache
+from tests.models.scenes import PENDULUM_TOML, pendulum
+
+__all__ = ["shared_cache"]
+
+
+def test_nested_data_go_the_road_of_a_scene_file() -> None:
+    data = tomllib.loads(PENDULUM_TOML)
+    model = eomgen.build(data, profile="quick")
+    np.testing.assert_array_equal(model.force([0.3], [0.5], 0.2), pendulum().force([0.3], [0.5], 0.2))
+    data["bodies"]["link"]["mas"] = 1.0
+    with pytest.raises(eomgen.DescriptionError, match=r"scene \(bodies\.link\.mas\): the key 'mas' is unknown here; try: mass"):
+        eomgen.derive(data)
+
+
+@pytest.mark.parametrize("given", [None, 3.0, ["scene.toml"]])
+def test_what_is_no_scene_is_refused(given: object) -> None:
+    kind = type(given).__name__
+    with pytest.raises(eomgen.UsageError, match=f"a scene, a path or a mapping like a scene file is needed, not {kind}; try: "):
+        eomgen.build(given)  # type: ignore[arg-type]
+
+
+def test_terms_are_checked_before_anything_is_derived() -> None:
+    assert set(TERMS) == set(DERIVED)
+    with pytest.raises(eomgen.UsageError, match="terms are a list of names, not the text 'mass'; try: terms="):
+        eomgen.build(PENDULUM_TOML, terms="mass")
+    with pytest.raises(eomgen.UsageError, match="no term is called 'copling'; try: coupling"):
+        eomgen.build(tomllib.loads(PENDULUM_TOML), terms=["mass", "copling"])
+
+
+def test_coordinates_can_be_chosen(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(PENDULUM_TOML, encoding="utf-8")
+    assert eomgen.load(path).coordinates == "joint"
+    assert eomgen.load(path, coordinates="absolute").coordinates == "absolute"
+    with pytest.raises(eomgen.UsageError, match="coordinates are 'polar'; try: joint or absolute"):
+        eomgen.load(path, coordinates="polar")  # type: ignore[arg-type]

@@ -1,0 +1,252 @@
+"""What animations are made of: poses with a solution, solids with a body's inertia, pages that hold no code of others."""
+
+from __future__ import annotations
+
+import base64
+import json
+import pickle
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.files import read_arrays, write_arrays
+from eomgen.results.animation import animation_page
+from eomgen.results.scenery import scenery
+from eomgen.results.solids import equivalent_solid
+from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def data_of(page: str) -> dict:
+    (text,) = re.findall(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
+    return json.loads(text)
+
+
+def stored(data: dict) -> tuple[np.ndarray, np.ndarray]:
+    times = np.frombuffer(base64.b64decode(data["times"]), "<f8")
+    return times, np.frombuffer(base64.b64decode(data["poses"]), "<f4").reshape(len(times), data["carriers"], 7)
+
+
+# -- poses of solutions ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("make", [pendulum, flyer, absolute])
+def test_poses_are_the_models(make) -> None:
+    model = make()
+    run = model.simulate(0.3, 1e-2)
+    assert set(run.poses) == {*model.bodies, *(["base"] if make is pendulum else [])}
+    for name in model.bodies:
+        assert run.poses[name].shape == (len(run.t), 7)
+        np.testing.assert_array_equal(run.poses[name], model.pose(name, run.q, run.t))
+    if make is pendulum:
+        np.testing.assert_array_equal(run.poses["base"], model.base(run.t)[:, :7])
+
+
+def test_poses_follow_the_parameters_of_the_run() -> None:
+    run = pendulum().simulate(0.2, 1e-3, parameters={"shake": 0.5, "length": 0.8})
+    np.testing.assert_allclose(run.poses["base"][:, 4], 0.5 * np.sin(7.0 * run.t), atol=1e-14)
+    (body,) = run.seen.scenery["bodies"]
+    assert body["solid"]["center"] == [0.0, 0.0, -0.8]
+    assert run.seen.scenery["points"] == [{"name": "tip", "body": "link", "position": [0.0, 0.0, -1.6], "trace": True}]
+
+
+def test_poses_are_stored_and_read_back(tmp_path: Path) -> None:
+    run = flyer().simulate(0.1, 1e-2)
+    again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
+    assert set(again.poses) == {"hull", "arm", "slug"}
+    for name, poses in run.poses.items():
+        np.testing.assert_array_equal(again.poses[name], poses)
+    assert animation_page(again) == animation_page(run)
+    assert again.metadata == run.metadata
+
+
+def test_parts_of_a_run_are_drawn_as_one(tmp_path: Path) -> None:
+    model, file = pendulum(), tmp_path / "run.ckpt"
+    first = model.simulate(0.2, 1e-2, checkpoint=file, checkpoint_every=10)
+    whole = first.followed_by(model.resume(file, 0.3))
+    np.testing.assert_allclose(whole.t, np.arange(31) * 1e-2, atol=1e-12)
+    np.testing.assert_array_equal(whole.poses["link"], model.pose("link", whole.q, whole.t))
+
+
+def test_solutions_travel_between_processes_with_the_poses_that_were_asked_for() -> None:
+    run = pendulum().simulate(0.1, 1e-2)
+    bare = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(bare.q, run.q)
+    with pytest.raises(eomgen.UsageError, match="stored without poses"):
+        _ = bare.poses
+    np.testing.assert_array_equal(run.poses["link"], pickle.loads(pickle.dumps(run)).poses["link"])
+
+
+def test_a_solution_without_poses_says_what_to_do(tmp_path: Path) -> None:
+    model = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick")
+    run = model.simulate(0.1, 1e-2, method="rk4")
+    with pytest.raises(eomgen.UsageError, match="the term poses is not in this model"):
+        _ = run.poses
+    again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
+    text = r"solution: it was stored without poses of bodies, so there is nothing to draw; try: eomgen simulate, or"
+    with pytest.raises(eomgen.UsageError, match=text):
+        again.animate(tmp_path / "run.html")
+    assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
+
+
+# -- solids ------------------------------------------------------------------------------------------------------------
+
+
+def inertia_of(solid: dict, mass: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the inertia about the centre of a million points strewn evenly over the solid."""
+    points = rng.uniform(-0.5, 0.5, size=(1_000_000, 3))
+    if solid["kind"] == "box":
+        points *= solid["size"]
+    else:
+        radius, height = (solid["size"][0], solid["size"][1] if solid["kind"] == "cylinder" else 2 * solid["size"][0])
+        points *= [2 * radius, 2 * radius, height]
+        axes = slice(0, 2) if solid["kind"] == "cylinder" else slice(0, 3)
+        points = points[np.linalg.norm(points[:, axes], axis=1) < radius]
+    points = points @ np.array(solid["axes"])
+    return mass * (np.eye(3) * np.mean(np.sum(points**2, axis=1)) - points.T @ points / len(points))
+
+
+@pytest.mark.parametrize(
+    ("kind", "moments"),
+    [("sphere", [2.0, 2.0, 2.0]), ("cylinder", [2.0, 2.0, 0.5]), ("cylinder", [3.0, 1.6, 1.6]), ("box", [0.6, 1.0, 1.4])],
+)
+def test_solids_have_the_inertia_of_their_body(kind: str, moments: list[float], rng: np.random.Generator) -> None:
+    Q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    inertia = Q @ np.diag(moments) @ Q.T
+    solid = equivalent_solid(3.0, np.array([1.0, 2.0, 3.0]), inertia)
+    assert solid["kind"] == kind and solid["center"] == [1.0, 2.0, 3.0]
+    assert np.linalg.det(np.array(solid["axes"])) == pytest.approx(1.0)
+    np.testing.assert_allclose(inertia_of(solid, 3.0, rng), inertia, atol=6e-3 * max(moments))
+
+
+def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
+    assert equivalent_solid(1.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "point"
+    assert equivalent_solid(0.0, np.zeros(3), np.zeros((3, 3)))["kind"] == "none"
+    rod = equivalent_solid(1.0, np.zeros(3), np.diag([1.0, 1.0, 0.0]))
+    assert rod["kind"] == "cylinder" and rod["size"][0] == pytest.approx(0.02 * rod["size"][1])
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
+def test_every_example_has_something_to_see(file: Path) -> None:
+    scene = eomgen.load(file)
+    seen = scenery(scene, {})
+    assert [body["name"] for body in seen["bodies"]] == [body.name for body in scene.bodies]
+    assert any(body["solid"]["kind"] != "none" for body in seen["bodies"])
+    assert len(seen["springs"]) == len(scene.springs) and len(seen["tyres"]) == len(scene.tyres)
+    json.dumps(seen, allow_nan=False)
+
+
+def test_what_has_no_value_at_these_parameters_is_named() -> None:
+    builder = eomgen.SceneBuilder("rooted").parameter("length", 1.0, tunable=True)
+    builder.body("rod", 1.0, center_of_mass=[0, 0, "-sqrt(length)"], inertia=[0.1, 0.1, 0.1])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0])
+    with pytest.raises(eomgen.NumericalError) as caught:
+        scenery(builder.build(), {"length": -1.0})
+    assert str(caught.value) == (
+        "numerical error: bodies.rod.center_of_mass: cannot be drawn: sqrt(-1) has no finite value; try: other parameters"
+    )
+
+
+# -- pages -------------------------------------------------------------------------------------------------------------
+
+
+def test_pictures_are_thinned_to_sixty_a_second() -> None:
+    run = pendulum().simulate(20.0, 1e-3)
+    times, poses = stored(data_of(animation_page(run)))
+    assert len(times) == 1201 and (times[0], times[-1]) == (run.t[0], run.t[-1])
+    assert np.diff(times).max() < 0.018
+    rows = np.searchsorted(run.t, times)
+    np.testing.assert_array_equal(poses[:, 0], run.poses["link"][rows].astype(np.float32))
+    assert len(animation_page(run)) < 200_000
+
+
+def test_short_runs_keep_more_and_unrecorded_rows_are_not_invented() -> None:
+    times, _ = stored(data_of(animation_page(pendulum().simulate(0.5, 1e-4))))
+    assert len(times) == 601
+    run = pendulum().simulate(0.05, 1e-2)
+    times, _ = stored(data_of(animation_page(run)))
+    np.testing.assert_array_equal(times, run.t)
+
+
+def test_a_page_asks_nobody_for_anything() -> None:
+    page = animation_page(pendulum().simulate(0.01))
+    assert "default-src 'none'" in page
+    assert set(re.findall(r"https?://[^\s\"']+", page)) == {"http://www.w3.org/2000/svg"}  # a name, nothing is fetched
+    assert not re.search(r"<(link|img|iframe|object)\b|@import|\bfetch\(|XMLHttpRequest|import\(| src=", page)
+
+
+def test_texts_of_the_user_stay_texts(tmp_path: Path) -> None:
+    trick = "</script><script>alert(1)</script> <!-- @style@ \u2028 'quoted' & \"more\""
+    file = tmp_path / "scene.toml"
+    file.write_text(PENDULUM_TOML.replace("pendulum on a shaking base", trick.replace('"', '\\"')), encoding="utf-8")
+    run = eomgen.build(file, profile="quick").simulate(0.01)
+    page = animation_page(run)
+    assert page.count("<script") == page.count("</script>") == 2 and "alert" in page and "<!--" not in page
+    assert data_of(page)["description"] == trick
+
+
+def test_what_cannot_be_drawn_is_left_out() -> None:
+    run = breaking().simulate()
+    run.poses["slug"][3:, 4] = np.nan
+    times, _ = stored(data_of(animation_page(run)))
+    np.testing.assert_array_equal(times, run.t[:3])
+    assert data_of(animation_page(run))["message"] == run.message
+    run.poses["slug"][:] = np.nan
+    with pytest.raises(eomgen.FileError, match="no pose is finite"):
+        animation_page(run)
+
+
+def test_stored_sceneries_of_others_are_refused(tmp_path: Path) -> None:
+    arrays, metadata = read_arrays(pendulum().simulate(0.01).save(tmp_path / "run.npz"))
+    metadata["scenery"]["bodies"][0]["name"] = "stranger"
+    write_arrays(tmp_path / "changed.npz", arrays, metadata)
+    text = "solution: its poses or its scenery are not what eomgen writes: KeyError: 'stranger'; try: eomgen simulate again"
+    with pytest.raises(eomgen.FileError, match=text):
+        eomgen.Solution.load(tmp_path / "changed.npz").animate(tmp_path / "run.html")
+    write_arrays(tmp_path / "short.npz", {**arrays, "poses.link": arrays["poses.link"][:-1]}, metadata)
+    with pytest.raises(eomgen.FileError, match="not a solution written by eomgen: the poses of link do not fit to its times"):
+        eomgen.Solution.load(tmp_path / "short.npz")
+
+
+# -- the command line --------------------------------------------------------------------------------------------------
+
+
+def test_animate_runs_a_scene_or_takes_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(PENDULUM_TOML, encoding="utf-8")
+    page = tmp_path / "new" / "page.html"
+    assert main(["animate", str(file), "--out", str(page), "--t-end", "0.4", "--set", "length=0.6"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(
+        rf"reached t = 0\.4 s in 400 steps\nwritten to {re.escape(str(page))}, 0\.\d+ MB: open it in a browser\n", captured.err
+    )
+    assert data_of(page.read_text(encoding="utf-8"))["name"] == "shaken"
+    eomgen.build(file).simulate(0.4, parameters={"length": 0.6}).save(tmp_path / "run.npz")
+    again = tmp_path / "again.html"
+    assert main(["animate", str(tmp_path / "run.npz"), "--out", str(again)]) == 0
+    assert again.read_bytes() == page.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["{npz}", "--out", "{dir}/page"], 2, "an animation cannot be saved as a file without a suffix; try: page.html"),
+        (["{npz}", "--out", "{dir}/page.gif"], 2, "an animation cannot be saved as .gif; try: page.html"),
+        (["{npz}", "--out", "{dir}/p.html", "--t-end", "2"], 2, "--t-end would change a run, and this one is stored"),
+        (["{dir}/none.npz", "--out", "{dir}/p.html"], 7, "none.npz: cannot be read: No such file or directory"),
+        (["{npz}", "--out", "{npz}/p.html"], 7, "the folder cannot be made: File exists"),
+    ],
+)
+def test_mistakes_are_named(
+    words: list[str], code: int, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    npz = pendulum().simulate(0.01).save(tmp_path / "run.npz")
+    assert main(["animate", *(word.format(npz=npz, dir=tmp_path) for word in words)]) == code
+    error = capsys.readouterr().err
+    assert text in error and error.count("\n") == 1

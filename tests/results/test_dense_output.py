@@ -1,0 +1,177 @@
+"""States between rows: orders on every group, smoothness across steps, outputs, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.lie import product
+from tests.models.scenes import absolute, flyer, flyer_scene, pendulum
+
+TIMES = np.linspace(0.013, 0.387, 29)
+
+
+def free_in_space() -> eomgen.Model:
+    """Return the flyer in absolute coordinates on R^3 x SO(3)."""
+    scene = flyer_scene()
+    groups = {body.name: "R3xSO3" for body in scene.bodies}
+    content = scene.content + b"absolute on R3xSO3"
+    return eomgen.build(replace(scene, name="in_space", coordinates="absolute", groups=groups, content=content), profile="quick")
+
+
+def errors_of(model: eomgen.Model, step: float, exact: eomgen.Solution, every: int = 1, **options: object) -> np.ndarray:
+    found = model.simulate(0.4, step, record_every=every, **options).at(TIMES)
+    known = exact.at(TIMES)
+    off = (product.difference(model.factors, known.q, found.q), found.v - known.v, found.a - known.a)
+    return np.array([np.abs(x).max() for x in off])
+
+
+def slopes(steps: list[float], errors: list[np.ndarray]) -> np.ndarray:
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize("build", [pendulum, flyer], ids=["R", "SE3, SO3 and R"])
+def test_explicit_runs_keep_order_four_between_rows(build) -> None:
+    model = build()
+    exact = model.simulate(0.4, 2e-4, method="rk4")
+    steps = [0.02, 0.01, 0.005]
+    found = slopes(steps, [errors_of(model, step, exact, method="rk4") for step in steps])
+    assert found == pytest.approx(4.0, abs=0.2)
+
+
+@pytest.mark.parametrize("build", [pendulum, flyer], ids=["R", "SE3, SO3 and R"])
+def test_generalized_alpha_keeps_order_two_between_rows(build) -> None:
+    model = build()
+    exact = model.simulate(0.4, 2e-4, method="rk4")
+    steps = [0.004, 0.002, 0.001]
+    found = slopes(steps, [errors_of(model, step, exact) for step in steps])
+    assert found == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("build", [absolute, free_in_space], ids=["SE3", "R3xSO3"])
+def test_constrained_runs_keep_order_two_and_almost_the_constraints(build) -> None:
+    model = build()
+    exact = model.simulate(0.4, 2e-4, method="rk4_partitioned")
+    steps = [0.004, 0.002, 0.001]
+    found = slopes(steps, [errors_of(model, step, exact) for step in steps])
+    assert found == pytest.approx(2.0, abs=0.15)
+    violations = []
+    for step in steps:
+        state = model.simulate(0.4, step).at(TIMES)
+        violations.append(np.abs(model.evaluate("constraint", state.q, t=state.t)["Phi"]).max())
+    assert violations[0] < 1e-6
+    assert np.polyfit(np.log(steps), np.log(violations), 1)[0] > 2.5
+
+
+def test_rows_far_apart_cost_the_order_of_their_spacing_and_say_so() -> None:
+    model = flyer()
+    exact = model.simulate(0.4, 2e-4, method="rk4")
+    errors, told = [], []
+    for every in (40, 25, 16):
+        run = model.simulate(0.4, 1e-3, method="rk4", record_every=every)
+        told.append(list(run.interpolation_error().values()))
+        errors.append(errors_of(model, 1e-3, exact, every, method="rk4"))
+    found = slopes([0.04, 0.025, 0.016], errors)
+    assert found == pytest.approx([6.0, 5.0, 4.0], abs=0.6), found  # over so few rows the largest errors scatter
+    assert np.all(np.array(told) > np.array(errors))
+    assert np.all(np.array(told) < 1000.0 * np.array(errors))
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_states_are_continuous_across_rows_and_quaternions_of_unit_length(method: str) -> None:
+    model = flyer()
+    run = model.simulate(0.1, 0.01, method=method)
+    inner = run.t[1:-1]
+    before, at, after = (run.at(inner + shift) for shift in (-1e-12, 0.0, 1e-12))
+    for name, known in (("q", run.q), ("v", run.v), ("a", run.a)):
+        for state in (before, at, after):
+            np.testing.assert_allclose(getattr(state, name), known[1:-1], atol=1e-9)
+    dense = run.at(np.linspace(0.0, 0.1, 201))
+    for start in (0, 7):
+        np.testing.assert_allclose(np.linalg.norm(dense.q[:, start : start + 4], axis=1), 1.0, atol=4e-16)
+    assert dense.q.shape == (201, model.nq) and run.at(0.05).v.shape == (model.nv,)
+    assert run.at([[0.01, 0.02], [0.03, 0.04]]).a.shape == (2, 2, model.nv)
+    assert np.array_equal(run.at(run.t[-1]).t, run.t[-1])
+
+
+def test_outputs_follow_from_states() -> None:
+    model = pendulum()
+    run, exact = model.simulate(0.4, 0.01, method="rk4"), model.simulate(0.4, 1e-4, method="rk4")
+    state = run.at(TIMES)
+    tip = model.outputs(state.q, state.v, state.a, state.t)["tip"]
+    known = exact.at(TIMES)
+    np.testing.assert_allclose(tip, model.point("link", [0, 0, -1.0], known.q, known.v, known.t).position, atol=3e-8)
+
+
+def lagging() -> eomgen.Model:
+    """Return a cart driven by a lagging actuator, with an output of everything that an output may name."""
+    builder = eomgen.SceneBuilder("lagging").parameter("gain", 2.0, tunable=True)
+    builder.input("push", "sin(9 * t)", unit="N").input("more")
+    builder.body("cart", 1.5).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=40.0)
+    builder.state("force", "(gain * push - force) / 0.05", initial=0.7, unit="N").effort("drive", "rail", "force + more")
+    builder.output("all", formula="force + 3 * push + gain * q.rail + more * v.rail + t")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
+def test_outputs_between_rows_know_internal_states_inputs_and_parameters_of_the_run(method: str) -> None:
+    model, step = lagging(), 2e-3
+    table = 0.3 * np.arange(201) * step
+    more = {"method": method, "parameters": {"gain": 3.0}, "inputs": {"push": lambda t: np.cos(7.0 * t), "more": table}}
+    run = model.simulate(0.4, step, **more)
+    at_rows = run.outputs_at(run.t)
+    assert list(at_rows) == ["all"]
+    np.testing.assert_allclose(at_rows["all"], run.outputs["all"], atol=1e-12)
+    coarse = model.simulate(0.4, step, record_every=4, **more)
+    np.testing.assert_allclose(coarse.outputs_at(run.t)["all"], run.outputs["all"], atol=1e-4)
+    state = run.at(TIMES)
+    known = state.z[:, 0] + 3.0 * np.cos(7.0 * TIMES) + 3.0 * state.q[:, 0] + 0.3 * TIMES * state.v[:, 0] + TIMES
+    np.testing.assert_allclose(run.outputs_at(TIMES)["all"], known, atol=1e-12)
+    assert run.outputs_at(0.05)["all"].shape == () and run.outputs_at([[0.1, 0.2]])["all"].shape == (1, 2)
+    assert run.outputs_at([])["all"].shape == (0,)
+    assert set(run.interpolation_error()) == {"q", "v", "a", "z"} and 0.0 < run.interpolation_error()["z"] < 1e-4
+
+
+def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_path: Path) -> None:
+    model = lagging()
+    given = {"parameters": {"gain": 3.0}, "inputs": {"more": 0.4}}
+    first = model.simulate(0.2, 2e-3, checkpoint=tmp_path / "run.ckpt", **given)
+    whole = first.followed_by(model.resume(tmp_path / "run.ckpt", 0.4))
+    in_one = model.simulate(0.4, 2e-3, **given)
+    np.testing.assert_allclose(whole.outputs_at(TIMES)["all"], in_one.outputs_at(TIMES)["all"], atol=1e-12)
+    stored = eomgen.Solution.load(whole.save(tmp_path / "solution.npz"))
+    with pytest.raises(eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"):
+        stored.outputs_at(0.1)
+
+
+def test_a_stored_solution_is_as_dense(tmp_path: Path) -> None:
+    run = flyer().simulate(0.05, 0.01)
+    again = eomgen.Solution.load(run.save(tmp_path / "solution.npz"))
+    assert np.array_equal(again.at([0.017, 0.031]).q, run.at([0.017, 0.031]).q)
+
+
+def test_what_has_no_state_is_refused() -> None:
+    run = pendulum().simulate(0.05, 0.01)
+    for t, text in (
+        (0.06, "at: t = 0.06 s is outside the solution, 0 s to 0.05 s; try: times within it, or a longer run"),
+        ([0.01, -0.001], "at: t = -0.001 s is outside the solution"),
+        (np.nan, "t: t is nan, not a finite number"),
+        ("soon", "t: "),
+    ):
+        with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+            run.at(t)
+    with pytest.raises(eomgen.UsageError, match="at: the solution has 1 row, two are needed"):
+        pendulum().simulate(0.0, 0.01).at(0.01)
+    bare = replace(run, metadata={})
+    with pytest.raises(eomgen.UsageError, match="does not say which groups its coordinates are of"):
+        bare.at(0.01)
+    fast = flyer().simulate(1.0, 1e-3, initial={"ball": {"velocity": [40.0, 0.0, 0.0]}}, record_every=100)
+    with pytest.raises(eomgen.UsageError, match=r"at: a body turns by [\d.]+ rad between two rows at t = .* try: a smaller"):
+        fast.at(0.05)
+    with pytest.raises(eomgen.UsageError, match="interpolation_error: seven rows are needed, not 2"):
+        pendulum().simulate(0.01, 0.01).interpolation_error()

@@ -1,0 +1,135 @@
+"""What is drawn: panels by unit, names and units on the axes, legends beside the data, and thinning that keeps extremes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.results import plots
+from tests.models.scenes import flyer, pendulum
+
+
+def test_a_file_for_each_kind_of_quantity(tmp_path: Path) -> None:
+    assert [path.name for path in plots.draw(flyer().simulate(0.05, 1e-3), tmp_path)] == [
+        "coordinates.png",
+        "velocities.png",
+        "energy.png",
+    ]
+    names = [path.name for path in plots.draw(pendulum().simulate(0.05, 1e-3), tmp_path)]
+    assert names == ["coordinates.png", "velocities.png", "outputs.png", "energy.png"]
+
+
+def test_curves_share_panels_with_their_unit_only() -> None:
+    curves = [plots.Curve(f"c{index}", "rad" if index < 14 else "m", np.zeros(3)) for index in range(16)]
+    panels = plots._panels(curves)
+    assert [len(panel) for panel in panels] == [5, 5, 4, 2]
+    assert all(len({curve.unit for curve in panel}) == 1 for panel in panels)
+
+
+def test_an_output_is_not_cut_in_two() -> None:
+    curves = [plots.Curve(f"p{k}[{i}]", "m", np.zeros(3), "position", f"p{k}") for k in range(3) for i in range(3)]
+    assert [[curve.output for curve in panel] for panel in plots._panels(curves)] == [["p0"] * 3 + ["p1"] * 3, ["p2"] * 3]
+    long = [plots.Curve(f"all[{i}]", "m", np.zeros(3), "", "all") for i in range(8)]
+    assert [len(panel) for panel in plots._panels(long)] == [4, 4]
+
+
+def test_thinning_keeps_ends_and_extremes() -> None:
+    t = np.linspace(0.0, 1.0, 200_001)
+    values = np.sin(40_000.0 * t)
+    values[123_456] = 7.0
+    short_t, short = plots._thinned(t, values)
+    assert len(short_t) <= 2 * plots._POINTS + 2
+    assert short.max() == 7.0 and (short_t[0], short_t[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(short_t) > 0.0)
+
+
+def test_axes_carry_quantities_and_legends_stay_outside() -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    axis = figure.subplots()
+    plots._panel(
+        axis, np.linspace(0, 1, 5), [plots.Curve("q.hinge", "rad", np.arange(5.0)), plots.Curve("q.knee", "rad", np.zeros(5))]
+    )
+    canvas.draw()
+    assert axis.get_ylabel() == "angle, rad"
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["q.hinge", "q.knee"]
+    assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
+
+
+def panel_of(*curves: plots.Curve):
+    from matplotlib.figure import Figure
+
+    axis = Figure().subplots()
+    plots._panel(axis, np.linspace(0, 1, 5), curves)
+    return axis
+
+
+def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> None:
+    def curve(name: str, output: str, description: str, quantity: str = "") -> plots.Curve:
+        return plots.Curve(name, "m", np.arange(5.0), quantity, output, description)
+
+    alone = panel_of(curve("road[0]", "road", "under the wheels"), curve("road[1]", "road", "under the wheels"))
+    assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road, m")
+    shared = panel_of(curve("road[0]", "road", "under the wheels"), curve("travel", "travel", "of the front spring"))
+    assert (shared.get_title(loc="left"), shared.get_ylabel()) == ("", "length, m")
+    assert [text.get_text() for text in shared.get_legend().get_texts()] == [
+        "road[0]: under the wheels",
+        "travel: of the front spring",
+    ]
+    assert panel_of(curve("tip[0]", "tip", "", "position")).get_ylabel() == "position, m"
+    assert panel_of(plots.Curve("grip", "N", np.zeros(5), "", "grip")).get_ylabel() == "grip, N"
+    assert panel_of(plots.Curve("ratio", "", np.zeros(5), "", "ratio")).get_ylabel() == "ratio"
+
+
+def test_positions_and_other_lengths_have_panels_of_their_own() -> None:
+    run = pendulum().simulate(0.05, 1e-3)
+    meaning = run.metadata["outputs"]["tip"]
+    assert meaning["quantity"] == "position"
+    curves = [plots.Curve("tip", "m", np.zeros(3), "position"), plots.Curve("travel", "m", np.zeros(3))]
+    assert [len(panel) for panel in plots._panels(curves)] == [1, 1]
+
+
+def test_six_curves_of_a_panel_are_far_apart_in_colour() -> None:
+    from matplotlib.colors import to_rgb
+
+    axis = panel_of(*(plots.Curve(f"c{k}", "m", np.zeros(5)) for k in range(6)))
+    colours = np.array([to_rgb(line.get_color()) for line in axis.get_lines()])
+    gaps = np.linalg.norm(colours[:, None] - colours, axis=-1) + 9.0 * np.eye(6)
+    assert gaps.min() > 0.4
+    assert [line.get_linestyle() for line in axis.get_lines()] == ["-"] * 3 + ["--"] * 3
+
+
+def test_energies_far_from_zero_are_drawn_as_changes() -> None:
+    run = pendulum().simulate(0.05, 1e-3)
+    swing = np.sin(np.linspace(0.0, 3.0, len(run.t)))
+
+    def drawn(offset: float) -> list[plots.Curve]:
+        return plots._energies(replace(run, energy={"kinetic": 1.0 - swing, "potential": swing + offset}))
+
+    near, far = drawn(0.0), drawn(5e3)
+    assert [curve.quantity for curve in near] == ["", ""] and np.array_equal(near[1].values, swing)
+    assert {curve.quantity for curve in far} == {"change of energy from the start"}
+    assert [curve.values[0] for curve in far] == [0.0, 0.0] and np.allclose(far[1].values, swing)
+    still = plots._energies(replace(run, energy={"kinetic": np.full(len(run.t), 7.0)}))
+    assert still[0].values[0] == 7.0, "what does not change at all keeps its value"
+
+
+def test_rounding_errors_are_drawn_flat() -> None:
+    from matplotlib.figure import Figure
+
+    axis = Figure().subplots()
+    plots._panel(axis, np.linspace(0, 1, 5), [plots.Curve("q", "m", 1e-19 * np.arange(5.0))])
+    low, high = axis.get_ylim()
+    assert high - low >= 1e-12
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(eomgen.FileError, match=r"coordinates\.png: cannot be written \(No such file or directory\)"):
+        plots.draw(pendulum().simulate(0.01, 1e-3), tmp_path / "nowhere")

@@ -1,0 +1,97 @@
+"""What a run and a call say of themselves: halved steps, energy out of balance, fixed parameters, inputs that are no mapping."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.simulation.diagnosis import doubts
+from eomgen.simulation.energy_balance import Balance, energy_balance
+from tests.models.scenes import pendulum
+
+
+def swing() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("swing").parameter("length", 0.5).parameter("load", 1.0, tunable=True)
+    builder.body("rod", "load", center_of_mass=[0, 0, "-length"], inertia=[0.01, 0.01, 0.01])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 2.5, "velocity": 1.0})
+    return builder.simulation(step=1e-3, duration=5.0).build()
+
+
+def test_a_run_with_too_large_steps_says_so() -> None:
+    model = eomgen.build(swing(), method="rk4", profile="quick")
+    good = model.simulate(method="rk4")
+    assert good.success and good.message == "reached t = 5 s in 5000 steps"
+    poor = model.simulate(20.0, 0.25, method="rk4")
+    assert poor.success
+    start, _, rest = poor.message.partition("; ")
+    assert start == "reached t = 20 s in 80 steps"
+    assert rest.startswith("the energy is out of balance by ") and rest.endswith("; try: a step smaller than 0.25 s")
+
+
+def test_halved_steps_are_told() -> None:
+    assert doubts({"halvings": 1}, Balance(None), 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
+    model = eomgen.build(swing(), profile="quick")
+    solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})
+    assert solution.success and solution.stats["halvings"] > 0
+    assert f"; the step was halved {solution.stats['halvings']} times" in solution.message
+    assert "; try: a step smaller than 0.2 s" in solution.message
+
+
+def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
+    t = np.linspace(0.0, 10.0, 1001)
+    kinetic, potential = np.sin(t) ** 2, np.cos(t) ** 2
+    force = np.cos(3.0 * t)
+
+    def energies(drift: float) -> dict[str, np.ndarray]:
+        total = kinetic + potential + np.sin(3.0 * t) / 3.0 + drift * t
+        return {"kinetic": kinetic, "potential": potential, "total": total, "power": force, "base_power": 0.0 * t}
+
+    swing = 1.0 + 1.0 + 1.0 / 3.0  # of potential energy, kinetic energy and work
+    assert energy_balance(t, energies(0.0)).error == pytest.approx(0.0, abs=2e-5)
+    off = energy_balance(t, energies(0.1))
+    assert off.error == pytest.approx(1.0 / swing, rel=1e-3) and str(off) == "off by 43 % of the energies at work"
+    sparse = {name: values[::150] for name, values in energies(0.0).items()}
+    assert str(energy_balance(t[::150], sparse)) == "not known: the rows are too far apart to tell the work in between"
+    few = {name: values[::250] for name, values in energies(0.0).items()}
+    three = {name: values[::400] for name, values in energies(0.0).items()}
+    assert str(energy_balance(t[::400], three)).startswith("not known: 3 rows")
+    assert energy_balance(t[::250], few, conservative=True).error > 0.1  # no work can be between the rows
+    assert str(energy_balance(t, {})) == "not known: the model was built without the term energy"
+    assert "out of balance by 42.9 %" in doubts({}, off, 1e-2)
+    assert doubts({}, energy_balance(t, energies(0.002)), 1e-2) == ""
+    assert "out of balance by 1.28 %" in doubts({}, energy_balance(t, energies(0.003)), 1e-2)
+    pulse = (t > 0.5021) & (t < 0.5073)  # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
+    speed = 0.52 * (t >= 0.5073)
+    kicked = dict.fromkeys(energies(0.0), 0.0 * t) | {"kinetic": 0.5 * speed**2, "total": 0.5 * speed**2}
+    kicked["power"] = 100.0 * pulse * speed
+    assert energy_balance(t, kicked).error > 0.9
+    assert energy_balance(t, kicked, [0.5021, 0.5073]).error == 0.0
+    rest = {name: np.full(1001, 5.0 if name in ("potential", "total") else 0.0) for name in energies(0.0)}
+    rest["total"] = rest["total"] + 1e-13 * np.arange(1001)
+    assert energy_balance(t, rest).error == 0.0
+    drifting = {**rest, "kinetic": np.geomspace(1e-60, 1e-90, 1001), "potential": 0.0 * t}
+    drifting["total"] = drifting["kinetic"]
+    assert energy_balance(t, drifting).error == pytest.approx(1.0)  # whether that is rounding, energies alone do not tell
+    endless = {**rest, "total": np.where(t < 4.0, rest["total"], np.inf)}
+    assert energy_balance(t, endless).infinite == 4.0 and energy_balance(t, endless).error is None
+
+
+def test_a_fixed_parameter_is_called_fixed() -> None:
+    model = eomgen.build(swing(), profile="quick")
+    with pytest.raises(eomgen.UsageError) as caught:
+        model.simulate(parameters={"length": 0.3})
+    [problem] = caught.value.problems
+    assert problem.what == "the parameter length exists, but its value is fixed in the code"
+    assert problem.hint == "length = { value = ..., tunable = true } in the scene's [parameters]"
+    with pytest.raises(eomgen.UsageError, match="there is no parameter 'lenth'; try: one of load"):
+        model.mass([0.1], parameters={"lenth": 0.3})
+
+
+def test_inputs_that_are_no_mapping() -> None:
+    for given, name in ((np.sin, "a function"), (0.5, "float"), ([0.1, 0.2], "list")):
+        with pytest.raises(eomgen.UsageError) as caught:
+            pendulum().simulate(0.1, inputs=given)
+        [problem] = caught.value.problems
+        assert problem.where == "inputs" and problem.what == f"a mapping from the names of inputs is needed, not {name}"
+        assert 'inputs={"torque": signal}' in problem.hint

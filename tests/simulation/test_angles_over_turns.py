@@ -1,0 +1,229 @@
+"""Joint angles in absolute coordinates over many turns: the same as in joint coordinates, wherever they are used as numbers."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import eomgen
+from eomgen.integrators.methods import terms_of
+
+METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned")
+BODY = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
+#: About the hinge's axis y.
+INERTIA, STIFFNESS, REST = 0.03 + 0.3**2 + 0.2**2, 1e-3, -4.0
+
+
+def hinge(coordinates: str, **joint: Any) -> dict[str, Any]:
+    """Return a body on a hinge with a soft spring, without weight."""
+    hinged = {"type": "revolute", "parent": "base", "child": "body", "axis": [0, 1, 0], "stiffness": STIFFNESS, "rest": REST}
+    return {
+        "format": 1, "name": f"turning_{coordinates}", "coordinates": coordinates, "gravity": [0, 0, 0], "bodies": {"body": BODY},
+        "joints": {"hinge": {**hinged, **joint}}, "outputs": {"angle": {"formula": "q.hinge"}, "rate": {"formula": "v.hinge"}},
+    }  # fmt: skip
+
+
+@cache
+def model(coordinates: str = "absolute") -> eomgen.Model:
+    return eomgen.build(hinge(coordinates, initial={"position": 7.0, "velocity": 6.0}), profile="quick")
+
+
+def started(angle: float, speed: float) -> dict[str, np.ndarray]:
+    """Return the body where the hinge is at an angle, turning with a speed."""
+    center, axis = np.array(BODY["center_of_mass"]), np.array([0.0, 1.0, 0.0])
+    c, s = np.cos(angle), np.sin(angle)
+    place = np.array([c * center[0] + s * center[2], center[1], -s * center[0] + c * center[2]])
+    q = np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis, place, [angle]])
+    return {"q": q, "v": speed * np.concatenate([axis, np.cross(axis, center)])}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_spring_winds_up_over_several_turns(method: str) -> None:
+    """From 7 rad at 6 rad/s for 100 turns and back, against the closed form; the start is 7 rad, not 7 - 2 pi."""
+    run = model().simulate(300.0, 0.01, method=method, record_every=10)
+    assert run.success, run.message
+    omega = np.sqrt(STIFFNESS / INERTIA)
+    exact = REST + (7.0 - REST) * np.cos(omega * run.t) + 6.0 / omega * np.sin(omega * run.t)
+    assert run.outputs["angle"][0] == 7.0
+    assert exact.max() > 15.0 * np.pi
+    np.testing.assert_allclose(run.outputs["angle"], exact, atol=2e-3 if method.startswith("gen") else 1e-8)
+    np.testing.assert_allclose(run.q[:, -1], run.outputs["angle"], rtol=1e-14, atol=1e-12)
+    total = run.energy["total"]
+    np.testing.assert_allclose(total, total[0], rtol=1e-4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    angle=st.floats(-500.0, 500.0),
+    turns_a_step=st.floats(-0.85, 0.85),
+    step=st.floats(1e-3, 0.02),
+    method=st.sampled_from(METHODS),
+)
+def test_any_angle_and_any_speed_give_the_angle_of_joint_coordinates(
+    angle: float, turns_a_step: float, step: float, method: str
+) -> None:
+    """Up to 0.85 of a turn in one step, from starts within 80 turns."""
+    speed = 2.0 * np.pi * turns_a_step / step
+    run = model().simulate(20 * step, step, method=method, initial=started(angle, speed))
+    of_joint = "generalized_alpha" if method.startswith("gen") else "rk4"
+    start = {"hinge": {"position": angle, "velocity": speed}}
+    expected = model("joint").simulate(20 * step, step, method=of_joint, initial=start)
+    assert run.success, run.message
+    scale = 1.0 + abs(angle) + abs(speed) * 20 * step
+    np.testing.assert_allclose(run.outputs["angle"], expected.outputs["angle"], rtol=0.0, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str) -> None:
+    run = model().simulate(0.1, 0.01, method=method, initial=started(0.0, 2.0 * np.pi * 0.95 / 0.01))
+    assert not run.success
+    assert run.message == (
+        "stopped at t = 0 s, after 0 of 10 steps: a body or a joint turns by more than 0.9 of a full turn within one step; "
+        "reduce the step; the joint hinge turns by 5.97 rad in a step; try: a step smaller than 0.01 s"
+    )
+
+
+def test_poses_alone_are_taken_with_the_turns_of_the_start() -> None:
+    absolute = model()
+    assert absolute.angles == ("hinge.angle",)
+    assert absolute.q_names[-1] == "q.hinge.angle"
+    assert absolute.initial_q[-1] == 7.0
+    for angle in (7.0, 7.0 - 3.1, 7.0 + 3.1):
+        here = started(angle, 0.0)
+        poses = here["q"][:-1]
+        assert absolute.outputs(poses, here["v"])["angle"] == pytest.approx(angle, rel=1e-14)
+        whole, alone = absolute.force(here["q"], here["v"]), absolute.force(poses, here["v"])
+        np.testing.assert_allclose(whole, alone, atol=1e-15)
+        assert whole[1] == pytest.approx(-STIFFNESS * (angle - REST), rel=1e-12)
+    turned = np.append(started(7.0, 0.0)["q"][:-1], 7.0 + 20.0 * np.pi)
+    assert absolute.outputs(turned, np.zeros(6))["angle"] == pytest.approx(7.0 + 20.0 * np.pi, rel=1e-14)
+    run = absolute.simulate(0.02, 0.01, initial={"q": started(8.0, 0.0)["q"][:-1]})
+    assert run.outputs["angle"][0] == pytest.approx(8.0, rel=1e-14)
+
+
+def test_states_between_rows_equilibria_and_linear_models_know_turns() -> None:
+    run = model().simulate(20.0, 0.01, record_every=20)
+    between = run.at(np.array([3.137, 11.03]))
+    fine = model().simulate(20.0, 0.001)
+    angles = model().outputs(between.q, between.v)["angle"]
+    np.testing.assert_allclose(angles, np.interp(between.t, fine.t, fine.outputs["angle"]), atol=1e-4)
+    rest = model().equilibrium()
+    assert model().outputs(rest.q, rest.v)["angle"] == pytest.approx(REST, abs=1e-9)
+    assert rest.frequencies == pytest.approx([np.sqrt(STIFFNESS / INERTIA)], rel=1e-9)
+    linear = model().linearize()
+    assert len(linear.coordinates) == 1
+    assert model().linearize(rest.q[:-1], rest.v).reference.q[-1] == 7.0
+    np.testing.assert_allclose(linear.modes().eigenvalues, [1j * np.sqrt(STIFFNESS / INERTIA)], rtol=1e-9)
+
+
+def test_rates_of_q_carry_the_angle() -> None:
+    here = started(9.0, 2.0)
+    rates = model().rhs(0.0, np.concatenate([here["q"], here["v"]]))
+    assert rates[7] == pytest.approx(2.0, rel=1e-14)
+
+
+def pair(coordinates: str) -> dict[str, Any]:
+    """Return a rotor on a wheel on a base that turns: stops, a belt, an effort, a lag and a rack, all of angles of many turns."""
+    hinges = {
+        "wheel": {
+            "type": "revolute", "parent": "base", "child": "wheel", "axis": [0, 1, 0],
+            "limits": {"lower": -4.0, "upper": 17.0, "stiffness": 4.0, "damping": 0.05, "onset": 0.5},
+            "initial": {"position": 7.0, "velocity": 9.0},
+        },
+        "rotor": {
+            "type": "revolute", "parent": "wheel", "child": "rotor", "axis": [0, 0, 1], "position": [0.2, 0, 0],
+            "friction": {"coulomb": 0.01, "velocity": 0.5}, "initial": {"position": -4.0, "velocity": -40.0},
+        },
+        "rack": {
+            "type": "prismatic", "parent": "base", "child": "rack", "axis": [0, 0, 1],
+            "mimic": {"joint": "wheel", "multiplier": 0.05},
+        },
+    }  # fmt: skip
+    return {
+        "format": 1, "name": f"pair_{coordinates}", "coordinates": coordinates, "gravity": [0.0, 0.0, -0.5],
+        "base": {"rotation": [{"axis": [0, 0, 1], "angle": "3 * t"}], "position": ["0.1 * sin(t)", 0, 0]},
+        "bodies": {"wheel": BODY, "rotor": {**BODY, "group": "R3xSO3"}, "rack": BODY}, "joints": hinges,
+        "torsion_springs": {"belt": {"first": "wheel", "second": "rotor", "stiffness": 0.03, "rest": 2.0, "damping": 0.001}},
+        "efforts": {"motor": {"joint": "wheel", "effort": "-0.02 * q.rotor + 0.01 * sin(q.wheel) + 0.01 * lag"}},
+        "states": {"lag": {"rate": "q.rotor - lag"}},
+        "outputs": {"angles": {"formula": ["q.wheel", "q.rotor", "lag", "sin(q.rotor)"]}},
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def expected() -> eomgen.Solution:
+    terms = ["forward_dynamics", "outputs", "internal_rate"]
+    return eomgen.build(pair("joint"), terms, profile="quick", method="rk4").simulate(1.5, 2e-4, method="rk4")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "error"),
+    [
+        ("generalized_alpha", 5e-3),
+        ("generalized_alpha_index3", 5e-3),
+        ("generalized_alpha_spatial", 5e-3),
+        ("rk4_partitioned", 1e-6),
+    ],
+)
+def test_relative_angles_on_a_moving_base(method: str, error: float, expected: eomgen.Solution) -> None:
+    terms = ["outputs", *terms_of(method, constrained=True, internal=True)]
+    run = eomgen.build(pair("absolute"), terms, profile="quick", method=method).simulate(1.5, 2e-4, method=method)
+    assert run.success, run.message
+    assert np.ptp(expected.outputs["angles"][:, :2], axis=0).min() > 3.0 * np.pi
+    np.testing.assert_allclose(run.outputs["angles"], expected.outputs["angles"], atol=error)
+
+
+#: Joints that have angles, starting several turns from zero.
+JOINTS: dict[str, dict[str, Any]] = {
+    "hinge": {"type": "revolute", "stiffness": 0.1, "rest": 9.0, "initial": {"position": 7.0, "velocity": 9.0}},
+    "sleeve": {
+        "type": "cylindrical", "stiffness": [0.02, 1.0], "initial": {"position": [-9.0, 0.1], "velocity": [-12.0, 0.2]},
+    },
+    "thread": {"type": "helical", "pitch": 0.02, "stiffness": 0.05, "initial": {"position": 5.0, "velocity": 20.0}},
+    "gimbal": {
+        "type": "universal", "axis": [1, 0, 0], "second_axis": [0, 1, 0], "stiffness": [0.05, 0.04],
+        "initial": {"position": [4.0, -5.0], "velocity": [8.0, 1.0]},
+    },
+    "table": {
+        "type": "planar", "stiffness": [0.05, 2.0, 2.0],
+        "initial": {"position": [-6.0, 0.1, 0.0], "velocity": [10.0, 0.1, 0.3]},
+    },
+}  # fmt: skip
+
+
+def all_joints(coordinates: str, group: str) -> dict[str, Any]:
+    """Return one body on each type of joint that has angles."""
+    body = {**BODY, "center_of_mass": [0.1, 0.05, 0.02], "group": group}
+    placed = {
+        name: {"parent": "base", "child": f"on_{name}", "axis": [0, 0.6, 0.8], "position": [number, 0, 0], **joint}
+        for number, (name, joint) in enumerate(JOINTS.items())
+    }
+    return {
+        "format": 1, "name": f"joints_{coordinates}_{group}", "coordinates": coordinates, "gravity": [0.0, 0.0, -0.5],
+        "bodies": {joint["child"]: body for joint in placed.values()}, "joints": placed,
+        "efforts": {"drive": {"joint": "gimbal", "effort": "-0.02 * q.table[0] + 0.01 * sin(q.sleeve[0])"}},
+        "outputs": {
+            "angles": {"formula": ["q.hinge", "q.sleeve[0]", "q.thread", "q.gimbal[0]", "q.gimbal[1]", "q.table[0]"]},
+        },
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", ["SE3", "R3xSO3"])
+def test_all_joints_with_angles(group: str) -> None:
+    """Several turns of each joint, by the method of order 4: helical joints tie travel to angle all the way."""
+    terms = ["forward_dynamics", "outputs", "energy"]
+    expected = eomgen.build(all_joints("joint", group), terms, profile="quick", method="rk4").simulate(4.0, 1e-3, method="rk4")
+    absolute = eomgen.build(all_joints("absolute", group), ["outputs", "energy"], profile="quick")
+    assert absolute.angles == ("hinge.angle", "sleeve.angle", "gimbal.angle[0]", "gimbal.angle[1]", "table.angle")
+    run = absolute.simulate(4.0, 1e-3, method="rk4_partitioned")
+    assert run.success, run.message
+    assert np.all(np.ptp(expected.outputs["angles"], axis=0) > [4.0 * np.pi] * 4 + [0.5 * np.pi, 4.0 * np.pi])
+    np.testing.assert_allclose(run.outputs["angles"], expected.outputs["angles"], atol=1e-6)
+    np.testing.assert_allclose(run.energy["total"], expected.energy["total"], rtol=1e-6)

@@ -1,0 +1,171 @@
+"""Controllers in runs: against the same equations written by hand, with limits and tunable gains; the command line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import eomgen
+from eomgen.cli import main
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+SCENE = """\
+format = 1
+name = "limited_servo"
+gravity = [0, 0, 0]
+terms = ["forward_dynamics", "internal_rate", "equations", "iteration", "outputs", "energy"]
+[parameters]
+kp = { value = 40, tunable = true }
+top = { value = 12, tunable = true }
+[bodies.arm]
+mass = 1
+inertia = [1, 1, 1]
+[joints.pin]
+type = "revolute"
+parent = "base"
+child = "arm"
+axis = [0, 0, 1]
+damping = 0.5
+initial = { position = 0.3 }
+[controllers]
+motor = { type = "low_pass", signal = "servo", gain = 0.9, time_constant = 0.02, initial = 0.4 }
+phase = { type = "lead_lag", signal = "v.pin", time_constant = 0.05, lead = 0.1, gain = 2, initial_filtered = 0.1, maximum = 1.5 }
+slow = { type = "pi", signal = "phase", proportional = 0.1, integral = 0.3, initial = -0.2 }
+[controllers.servo]
+type = "pid"
+signal = "1 - q.pin"
+proportional = "kp"
+integral = 40
+derivative = 8
+time_constant = 0.01
+minimum = "-top"
+maximum = "top"
+tracking = 0.5
+initial_filtered = 0.7
+[efforts.motor]
+joint = "pin"
+effort = "motor - 0.2 * slow"
+[outputs]
+given = { formula = ["servo", "motor", "phase", "slow"] }
+"""
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
+    path = tmp_path_factory.mktemp("scene") / "servo.toml"
+    path.write_text(SCENE)
+    return eomgen.build(path)
+
+
+def by_hand(kp: float, top: float) -> Callable[[float, np.ndarray], np.ndarray]:
+    def outputs(y: np.ndarray) -> np.ndarray:
+        q, v, integral, filtered, motor, lag, slow = y
+        free = kp * (1 - q) + integral + 8 * (1 - q - filtered) / 0.01
+        phase = min(1.5, 2 * (lag + 2 * (v - lag)))
+        return np.array([max(-top, min(top, free)), motor, phase, 0.1 * phase + slow, free])
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        q, v, _, filtered, motor, lag, _ = y
+        servo, _, phase, slow, free = outputs(y)
+        return np.array([
+            v, motor - 0.2 * slow - 0.5 * v, 40 * (1 - q) + (servo - free) / 0.5, (1 - q - filtered) / 0.01,
+            (0.9 * servo - motor) / 0.02, (v - lag) / 0.05, 0.3 * phase,
+        ])  # fmt: skip
+
+    rates.outputs = outputs  # type: ignore[attr-defined]  # what the test looks at besides
+    return rates
+
+
+@pytest.mark.parametrize(("kp", "top"), [(40.0, 12.0), (90.0, 5.0)])
+def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: float) -> None:
+    rates = by_hand(kp, top)
+    start = [0.3, 0.0, 0.0, 0.7, 0.4, 0.1, -0.2]
+    exact = solve_ivp(rates, (0.0, 1.0), start, method="DOP853", rtol=1e-11, atol=1e-12, max_step=1e-3).y[:, -1]
+    assert model.states == ("motor_filtered", "phase_filtered", "slow_integral", "servo_integral", "servo_filtered")
+    for method, bound in (("rk4", 2e-5), ("generalized_alpha", 2e-3)):
+        run = model.simulate(1.0, 5e-4, method=method, parameters={"kp": kp, "top": top})
+        assert run.success, run.message
+        assert np.allclose(np.concatenate([run.q[-1], run.v[-1], run.z[-1][[3, 4, 0, 1, 2]]]), exact, rtol=0, atol=bound)
+        assert np.allclose(run.outputs["given"][-1], rates.outputs(exact)[:4], rtol=0, atol=20 * bound)  # type: ignore[attr-defined]
+        servo = run.outputs["given"][:, 0]
+        assert np.abs(servo).max() == top and np.abs(servo[-1]) < top
+
+
+def test_an_integral_that_winds_up_is_the_difference(model: eomgen.Model) -> None:
+    """With tracking the overshoot of a saturated step is a fraction of that of a nearly free integral."""
+    text = SCENE.replace("tracking = 0.5", "tracking = 1e6")
+    wound = eomgen.build(_data(text)).simulate(4.0, 1e-3, parameters={"top": 2.0})
+    held = model.simulate(4.0, 1e-3, parameters={"top": 2.0})
+    assert wound.q.max() - 1.0 > 2.0 * (held.q.max() - 1.0) > 0.0
+
+
+def _data(text: str) -> dict[str, object]:
+    import tomllib
+
+    return tomllib.loads(text)
+
+
+def test_a_first_order_lag_is_exponential() -> None:
+    builder = eomgen.SceneBuilder("lag", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.controller("push", "low_pass", 3.0, time_constant=0.1, initial=1.0).effort("push", "rail", "push")
+    run = eomgen.build(builder.build()).simulate(0.5, 1e-3, method="rk4")
+    A = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, -10, 30], [0, 0, 0, 0]])
+    assert np.allclose([run.q[-1, 0], run.v[-1, 0], run.z[-1, 0]], (expm(0.5 * A) @ [0, 0, 1, 1])[:3], atol=1e-9)
+
+
+def test_jumps_that_controllers_see_are_known() -> None:
+    builder = eomgen.SceneBuilder("step_in_time", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.controller("push", "pi", "(1 if t < 0.35 else 2) - q.rail", proportional=3).effort("push", "rail", "push")
+    assert [item.time for item in eomgen.derive(builder.build()).discontinuities] == [0.35]
+
+
+def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
+    builder = eomgen.SceneBuilder("fast_lag", gravity=[0, 0, 0]).body("cart", 1.0).parameter("T", 0.01, tunable=True)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
+    builder.controller("push", "low_pass", "1 - q.rail", time_constant="T").effort("push", "rail", "push")
+    model = eomgen.build(builder.build())
+    assert "decay" not in model.simulate(0.1, 1e-3, method="rk4").message
+    fast = model.simulate(0.1, 1e-3, method="rk4", parameters={"T": 2e-4})
+    assert fast.message.endswith(
+        "internal states decay at up to 5e+03 1/s at the start, too fast for an explicit method at this step; "
+        "try: generalized_alpha, or a step below 0.00056 s"
+    )
+    assert "decay" not in model.simulate(0.1, 1e-3, parameters={"T": 2e-4}).message
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    path = tmp_path / "servo.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+def test_info_lists_states_with_their_cost(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(scene_file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["sizes"]["nz"] == 5 and found["facts"]["internal_states"]
+    lag = found["states"][0]
+    assert lag["name"] == "motor_filtered" and lag["initial"] == 0.4 and lag["flops"] >= 3
+    assert main(["info", str(scene_file)]) == 0
+    shown = capsys.readouterr().out
+    assert "Internal states" in shown and "servo_integral" in shown
+
+
+def test_states_start_from_the_command_line(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
+    assert main([*words, "--initial", "motor_filtered=2", "--initial", "pin=0.1"]) == 0
+    table = np.genfromtxt(tmp_path / "out" / "solution.csv", delimiter=",", names=True, deletechars="")
+    assert table["z.motor_filtered"][0] == 2.0 and table["q.pin"][0] == 0.1
+    capsys.readouterr()
+    assert main([*words, "--initial", "moto=2"]) == 2
+    assert "there is no joint or state 'moto'; try: " in capsys.readouterr().err

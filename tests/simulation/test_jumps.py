@@ -1,0 +1,250 @@
+"""Steps end at the times at which forces are known to jump: orders are kept, and lost where the times are not told.
+
+An oscillator that is pushed by steps and ramps, against its exact motion (superposition of step responses).
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import load_toml
+from tests.codegen.test_render import STRICT
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+STIFFNESS, DAMPING, START = 25.0, 0.4, 0.1
+LATE = 0.503
+DECAY = DAMPING / 2
+RATE = np.sqrt(STIFFNESS - DECAY**2)
+
+
+def builder(coordinates: str = "joint", **options: Any) -> eomgen.SceneBuilder:
+    made = eomgen.SceneBuilder("oscillator", coordinates=coordinates, **options).body("mass", 1.0, inertia=[0.1, 0.1, 0.1])
+    return made.joint(
+        "rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=STIFFNESS, damping=DAMPING, initial={"position": START}
+    )
+
+
+def free(t: np.ndarray | float) -> np.ndarray:
+    return START * np.exp(-DECAY * t) * (np.cos(RATE * t) + DECAY / RATE * np.sin(RATE * t))
+
+
+def after_step(t: np.ndarray | float) -> np.ndarray:
+    """Return the motion that a force of 1 from t = 0 on adds."""
+    s = np.maximum(t, 0.0)
+    return (1 - np.exp(-DECAY * s) * (np.cos(RATE * s) + DECAY / RATE * np.sin(RATE * s))) / STIFFNESS
+
+
+def after_ramp(t: np.ndarray | float) -> np.ndarray:
+    s = np.maximum(t, 0.0)
+    a, b = 1 / STIFFNESS, -DAMPING / STIFFNESS**2
+    return a * s + b + np.exp(-DECAY * s) * (-b * np.cos(RATE * s) + (-a - DECAY * b) / RATE * np.sin(RATE * s))
+
+
+def slopes(model: eomgen.Model, method: str, exact: float, counts: tuple[int, ...], **options: Any) -> np.ndarray:
+    errors = []
+    for count in counts:
+        solution = model.simulate(1.0, 1.0 / count, method=method, **options)
+        assert solution.success, solution.message
+        errors.append(abs(solution.q[-1, -3 if model.multipliers else 0] - exact))
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+PUSHES = {
+    "points": {"points": [[0, 0], [LATE, 3]], "interpolation": "steps"},
+    "formula": {"formula": "3 if t > late else 0"},
+    "curve": {"formula": "told(2 * t - 1)"},
+}
+
+
+@pytest.mark.parametrize("said", PUSHES)
+def test_order_across_a_jump(said: str) -> None:
+    made = builder().parameter("late", LATE).input("push", **PUSHES[said]).effort("push", "rail", "push")
+    made.curve("told", points=[[0, 0], [2 * LATE - 1, 3]], interpolation="steps")
+    model = eomgen.build(made.build())
+    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
+    assert np.allclose(slopes(model, "generalized_alpha", exact, (100, 200, 400, 800)), 2.0, rtol=0, atol=0.1)
+    assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400)), 4.0, rtol=0, atol=0.2)
+
+
+def test_order_is_lost_where_the_time_is_not_told() -> None:
+    made = builder().parameter("late", LATE, tunable=True).input("push", "3 if t > late else 0").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
+    for method in ("generalized_alpha", "rk4"):
+        errors = [abs(model.simulate(1.0, 1.0 / n, method=method).q[-1, 0] - exact) for n in (50, 100, 200, 400, 800, 1600)]
+        slope = -np.polyfit(np.log2([50, 100, 200, 400, 800, 1600]), np.log2(errors), 1)[0]
+        assert 0.5 < slope < 1.6, method
+
+
+def test_order_across_a_bend() -> None:
+    made = builder().input("push", points=[[LATE, 0], [9, 9 * (9 - LATE)]], interpolation="linear").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    exact = float(free(1.0) + 9 * after_ramp(1.0 - LATE))
+    assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400)), 4.0, rtol=0, atol=0.2)
+    assert np.allclose(slopes(model, "generalized_alpha", exact, (100, 200, 400)), 2.0, rtol=0, atol=0.15)
+    assert "jumps" not in model.library.layout["method"], "a bend does no harm to a method of order 2"
+
+
+def test_many_jumps_in_every_step_and_none() -> None:
+    wave = {"shape": "square", "period": 0.0217, "low": -1.0, "high": 2.0, "start": 0.003}
+    model = eomgen.build(builder().input("push", wave=wave).effort("push", "rail", "push").build())
+    first = [0.003 + 0.0217 * k for k in range(-1, 46)]
+    exact = free(1.0) + 2 * after_step(1.0)
+    for at in first:
+        exact = exact + (3 * after_step(1.0 - at) if at > 0 else 0.0)
+        exact = exact - (3 * after_step(1.0 - at - 0.01085) if at + 0.01085 > 0 else 0.0)
+    exact = exact - 3 * after_step(1.0) + 0.0  # at t = 0 the wave is low: -1 = 2 - 3
+    for method, coarse, fine in (("generalized_alpha", 1e-4, 1e-6), ("rk4", 3e-8, 2e-12)):
+        for count, bound in ((10, coarse), (1000, fine)):
+            solution = model.simulate(1.0, 1.0 / count, method=method)
+            assert abs(solution.q[-1, 0] - float(exact)) < bound, (method, count)
+
+
+def test_a_jump_on_the_grid_and_what_is_recorded_there() -> None:
+    made = builder().input("push", points=[[0, 0], [0.3, 3]], interpolation="steps").effort("push", "rail", "push")
+    made.output("force", formula=["push", "a.rail + 25 * q.rail + 0.4 * v.rail"])
+    model = eomgen.build(made.build())
+    for method in ("generalized_alpha", "rk4"):
+        solution = model.simulate(1.0, 0.1, method=method)
+        assert np.allclose(solution.t, 0.1 * np.arange(11), rtol=0, atol=1e-15) and solution.t.size == 11
+        force = solution.outputs["force"]
+        assert force[:, 0].tolist() == [0, 0, 0, *[3] * 8]
+        assert np.allclose(force[:, 1], force[:, 0], rtol=0, atol=1e-9), "at a jump, accelerations are those behind it"
+        fine = model.simulate(1.0, 0.001, method=method)
+        assert np.max(np.abs(fine.q[:, 0] - free(fine.t) - 3 * after_step(fine.t - 0.3))) < (1e-6 if method != "rk4" else 3e-12)
+
+
+def test_inputs_that_are_given_too() -> None:
+    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").input("other")
+    model = eomgen.build(made.effort("push", "rail", "push + other").build())
+    exact = float(free(1.0) + 3 * after_step(1.0 - LATE) + 2 * after_step(1.0))
+    for given in (2.0, lambda t: 2.0):
+        assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400), inputs={"other": given}), 4.0, rtol=0, atol=0.2)
+    assert np.allclose(slopes(model, "generalized_alpha", exact, (100, 200, 400), inputs={"other": 2.0}), 2.0, rtol=0, atol=0.1)
+    solution = model.simulate(1.0, 0.01, inputs={"push": 0.0, "other": 0.0})
+    assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
+def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
+    made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
+    made.force("push", "mass", force=["push", 0, "2 * push"])
+    model = eomgen.build(made.build(), method=method)
+    exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
+    order = 4.0 if method == "rk4_partitioned" else 2.0
+    assert np.allclose(slopes(model, method, exact, (50, 100, 200)), order, rtol=0, atol=0.2)
+    solution = model.simulate(1.0, 1.0 / 503, method=method)
+    up = int(np.argmax(np.ptp(solution.multipliers, axis=0)))
+    weight = solution.multipliers[:, up]
+    before = solution.t < LATE
+    assert np.allclose(weight[before], -9.81 * np.sign(-weight[0]), rtol=1e-6)
+    assert np.allclose(np.abs(weight[~before]), 9.81 - 6.0, rtol=1e-6)
+
+
+def test_the_base_jumps_in_acceleration_only() -> None:
+    """A bump as motion of the base: an acceleration that jumps, against the same motion by a fine run without events."""
+    made = builder().curve("hump", bump={"length": 0.211, "height": 0.02, "position": LATE}).base(["hump(t)", 0, 0])
+    model = eomgen.build(made.build())
+    exact = model.simulate(1.0, 1e-4, method="rk4").q[-1, 0]
+    assert np.allclose(slopes(model, "rk4", float(exact), (200, 400, 800)), 4.0, rtol=0, atol=0.3)
+    assert np.allclose(slopes(model, "generalized_alpha", float(exact), (200, 400, 800)), 2.0, rtol=0, atol=0.1)
+
+
+def test_which_times_are_known() -> None:
+    scene = load_toml(
+        'format = 1\nname = "s"\n[parameters]\nv = 2\nw = { value = 2, tunable = true }\n'
+        '[bodies.m]\nmass = 1\n[joints.j]\ntype = "prismatic"\nparent = "base"\nchild = "m"\naxis = [1, 0, 0]\n'
+        '[curves.c]\npoints = [[1, 0], [2, 5], [4, 5]]\ninterpolation = "linear"\n'
+        '[curves.s]\nwave = { shape = "sawtooth", period = 3 }\n[curves.q]\npoints = [[0, 0], [1, 1]]\n[inputs]\n'
+        'a = { formula = "c(v * t) + derivative.c(t) + c(w * t) + c(sin(t))" }\nb = { formula = "s(v * t - 1) + q(t)" }\n'
+        '[efforts.e]\njoint = "j"\neffort = "a + b + (q.j if t > 7 else 0) + abs(t - 9)"\n'
+    )
+    found = [(item.time, item.period, item.order) for item in derive(scene, ["mass"]).discontinuities]
+    assert found == [(0.5, 0, 1), (1, 0, 0), (2, 0, 0), (7, 0, 0), (9, 0, 1), (0.5, 1.5, 0)]
+    model = eomgen.build(scene)
+    assert model.discontinuity_times(0.5, 3.6).tolist() == [0.5, 1, 2, 3.5]
+    assert model.discontinuity_times(7, 9, order=0).tolist() == [7, 8]
+    with pytest.raises(eomgen.UsageError, match="the end 1 s lies before the start 2 s"):
+        model.discontinuity_times(2, 1)
+
+
+def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> None:
+    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").input("other", "sin(t)")
+    scene = made.effort("push", "rail", "push + other").build()
+    folder = tmp_path / "c"
+    eomgen.generate(scene, folder, method="rk4")
+    program = str(tmp_path / "program")
+    sources = sorted(str(path) for path in folder.glob("*.c"))
+    subprocess.run([shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"], check=True, capture_output=True)
+    model = eomgen.build(scene, method="rk4", profile="reproducible")
+    for words, inputs in (((), None), (("other=0.5",), {"other": 0.5})):
+        printed = subprocess.run([program, "1", "1e-2", *words], check=True, capture_output=True, text=True).stdout
+        rows = np.array([[float(value) for value in line.split(",")] for line in printed.splitlines()[1:]])
+        solution = model.simulate(1.0, 1e-2, method="rk4", inputs=inputs)
+        assert np.array_equal(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]))
+
+
+@pytest.mark.parametrize("given", [None, {"other": 0.5}])
+def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, float] | None, tmp_path: Path) -> None:
+    made = builder().input("push", points=[[0, 0], [0.3, 3], [0.35, 0]], interpolation="steps").input("other", "sin(t)")
+    model = eomgen.build(made.effort("push", "rail", "push + other").build())
+    one = model.simulate(0.6, 0.02, inputs=given)
+    for end in (0.28, 0.3, 0.34, 0.36):
+        first = model.simulate(end, 0.02, inputs=given, checkpoint=tmp_path / "c.npz")
+        both = first.followed_by(model.resume(tmp_path / "c.npz", 0.6))
+        assert np.array_equal(both.q, one.q) and np.array_equal(both.a, one.a)
+
+
+def test_states_across_a_jump() -> None:
+    """A first-order lag that is pushed by a step: zdot = (push - z)/0.2."""
+    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").state("lag", "(push - lag) / 0.2")
+    model = eomgen.build(made.effort("push", "rail", "lag").build())
+    exact = 3 * (1 - np.exp(-(1 - LATE) / 0.2))
+    for method, order in (("generalized_alpha", 2.0), ("rk4", 4.0)):
+        errors = [abs(model.simulate(1.0, 1.0 / n, method=method).z[-1, 0] - exact) for n in (50, 100, 200)]
+        assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.2)
+
+
+def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
+    made = builder().input("push", points=[[0, 0], [LATE, 3]], interpolation="steps").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    for method, bound in (("rk4", 1e-11), ("generalized_alpha", 5e-6)):
+        for distance in (0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
+            for start in (LATE - 0.3 - distance, LATE - 0.3 + distance):
+                solution = model.simulate(start + 1.0, 1e-3, t_start=start, method=method)
+                exact = float(free(1.0) + 3 * after_step(start + 1.0 - LATE))
+                assert abs(solution.q[-1, 0] - exact) < bound, (method, distance)
+
+
+@pytest.mark.parametrize("start", [0.0, -0.3, -1.0])
+def test_a_jump_at_zero_has_two_sides(start: float) -> None:
+    """Times near zero have no rounding of their own to keep away by, and a grid that starts elsewhere meets zero with its own."""
+    made = builder().input("push", formula="3 if t > 0 else 0").effort("push", "rail", "push")
+    model = eomgen.build(made.build())
+    for method, step, bound in (("rk4", 0.01, 1e-7), ("generalized_alpha", 1e-3, 1e-5)):
+        solution = model.simulate(1.0, step, t_start=start, method=method)
+        exact = float(free(1.0 - start) + 3 * after_step(1.0))
+        assert abs(solution.q[-1, 0] - exact) < bound, method
+    assert np.signbit(model.discontinuity_times(0.0, 1.0)).tolist() == [False]
+
+
+def test_order_across_jumps_on_a_group() -> None:
+    """A fast top whose torque comes and goes, against its own fine run by the method of order 4."""
+    made = eomgen.SceneBuilder("top").body("top", 1.0, center_of_mass=[0, 0, 0.3], inertia=[0.02, 0.03, 0.01])
+    made.joint("ball", "spherical", "base", "top", initial={"velocity": [0.5, 0.2, 20]})
+    made.input("moment", points=[[0, 0], [0.2531, 1], [0.6, 0]], interpolation="steps")
+    model = eomgen.build(made.force("moment", "top", torque=["moment", 0, "0.1 * moment"]).build())
+    exact = model.simulate(1.0, 1 / 8000, method="rk4").q[-1]
+    for method, counts, order in (("generalized_alpha", (400, 800, 1600), 2.0), ("rk4", (200, 400, 800), 4.0)):
+        errors = [np.max(np.abs(model.simulate(1.0, 1.0 / n, method=method).q[-1] - exact)) for n in counts]
+        assert np.allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, rtol=0, atol=0.1), method

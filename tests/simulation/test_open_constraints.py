@@ -1,0 +1,52 @@
+"""Runs that leave a loop open by a part of the machine are no motions of it, and say so."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.simulation.open_constraints import opened
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture(scope="module")
+def four_bar() -> eomgen.Model:
+    return eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
+
+
+def test_the_row_the_time_and_the_size_are_named(four_bar: eomgen.Model) -> None:
+    run = four_bar.simulate(0.1, 1e-3)
+    p = four_bar.parameter_array({})
+    assert opened(four_bar, run.t, run.q, p) is None
+    q = run.q.copy()
+    q[70, 2] += 1e-4
+    found = opened(four_bar, run.t, q, p)
+    violation = np.abs(next(iter(four_bar.evaluate("constraint", q[70], t=run.t[70]).values())))
+    worst = int(np.argmax(violation))
+    assert found is not None
+    assert found.what == f"the constraint {four_bar.multipliers[worst]} is off by {violation[worst]:.3g} m at t = 0.07 s"
+    assert violation[worst] / 2.0 < found.share < violation[worst] / 0.05  # links of 0.05 to 2 m
+
+
+def test_what_rows_do_not_show_is_said(four_bar: eomgen.Model) -> None:
+    run = four_bar.simulate(0.1, 1e-3)
+    found = opened(four_bar, run.t, run.q, four_bar.parameter_array({}), largest=0.01)
+    assert found is not None and found.what == "constraints are off by up to 0.01 between the rows"
+
+
+def test_iterations_that_end_too_early_are_doubted_and_worse_ones_fail(four_bar: eomgen.Model) -> None:
+    tight, loose, wrong = (
+        four_bar.simulate(0.1, 5e-3, settings={"rtol": tolerance, "atol": tolerance}) for tolerance in (1e-12, 0.03, 0.3)
+    )
+    assert tight.message == "reached t = 0.1 s in 20 steps"
+    off = r"the constraint rocker_pin: origins meet along [xz] is off by \S+ m at t = \S+ s"
+    assert loose.success
+    assert re.fullmatch(f"reached t = 0.1 s in 20 steps; {off}; try: a step smaller than 0.005 s", loose.message)
+    assert not wrong.success
+    doing = "so this is no motion of the machine; try: a smaller step, or rk4_partitioned"
+    assert re.fullmatch(f"reached t = 0.1 s in 20 steps, but {off}, {doing}", wrong.message)

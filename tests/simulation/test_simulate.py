@@ -1,0 +1,247 @@
+"""Runs against another solver and against each other, failures that end a run, and what is refused before it starts."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from tests.models.scenes import breaking, flyer, pendulum
+
+
+def _reference(model: eomgen.Model, end: float) -> np.ndarray:
+    start = np.concatenate([model.initial_q, model.initial_v])
+    solution = solve_ivp(model.rhs, (0.0, end), start, method="DOP853", rtol=1e-12, atol=1e-13)
+    assert solution.success
+    return solution.y[:, -1]
+
+
+@pytest.mark.parametrize("build", [pendulum, flyer])
+def test_both_methods_converge_to_the_solution_of_solve_ivp(build: Callable[[], eomgen.Model]) -> None:
+    model = build()
+    reference = _reference(model, 0.5)
+    errors = {}
+    for method, steps in (("generalized_alpha", (2e-3, 1e-3)), ("rk4", (1e-2, 5e-3))):
+        runs = [model.simulate(0.5, step, method=method) for step in steps]
+        errors[method] = [np.linalg.norm(np.concatenate([run.q[-1], run.v[-1]]) - reference) for run in runs]
+    slopes = {method: np.log2(pair[0] / pair[1]) for method, pair in errors.items()}
+    assert abs(slopes["generalized_alpha"] - 2.0) < 0.1
+    assert abs(slopes["rk4"] - 4.0) < 0.3
+    assert errors["rk4"][1] < 1e-7
+
+
+def test_accelerations_outputs_and_energies_belong_to_the_recorded_states() -> None:
+    model = pendulum()
+    run = model.simulate(0.3, 1e-3, record_every=10)
+    assert run.success and run.message == "reached t = 0.3 s in 300 steps"
+    assert run.t.shape == (31,) and run.q.shape == (31, 1) and run.z.shape == (31, 0) and run.multipliers.shape == (31, 0)
+    np.testing.assert_allclose(run.t, np.arange(31) * 0.01, atol=1e-15)
+    np.testing.assert_allclose(run.a, model.forward_dynamics(run.q, run.v, run.t), rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(run.outputs["tip"], model.point("link", [0, 0, -1.0], run.q, run.v, run.t).position, atol=1e-14)
+    np.testing.assert_allclose(run.outputs["angle"], run.q[:, 0], rtol=0)
+    for name, values in model.energy(run.q, run.v, run.a, run.t).items():
+        np.testing.assert_allclose(run.energy[name], values, rtol=0)
+    assert run.stats["steps"] == 300 and run.stats["newton_iterations"] >= 300 and run.stats["wall_time"] > 0.0
+
+
+def test_energy_changes_by_the_work_done_on_the_pendulum() -> None:
+    run = pendulum().simulate(1.0, 1e-3)
+    power = run.energy["power"] + run.energy["base_power"]
+    work = np.sum(0.5 * (power[1:] + power[:-1]) * np.diff(run.t))
+    assert abs(run.energy["total"][-1] - run.energy["total"][0] - work) < 1e-5
+    assert abs(work) > 0.01
+
+
+def test_momentum_and_energy_of_the_flyer_in_free_fall() -> None:
+    run = flyer().simulate(0.5, 1e-3, method="rk4")
+    drift = run.energy["total"] - run.energy["total"][0]
+    assert np.abs(drift).max() < 1e-9 * np.abs(run.energy["kinetic"]).max()
+    np.testing.assert_allclose(np.linalg.norm(run.q[:, :4], axis=1), 1.0, atol=1e-14)
+
+
+def test_inputs_by_number_function_and_table_agree() -> None:
+    model = pendulum()
+    grid = np.arange(501) * 1e-3
+    as_function = model.simulate(0.5, 1e-3, inputs={"torque": lambda t: 0.2 * np.sin(3 * t)})
+    as_table = model.simulate(0.5, 1e-3, inputs={"torque": 0.2 * np.sin(3 * grid)})
+    by_formula = model.simulate(0.5, 1e-3)
+    np.testing.assert_allclose(as_function.q, by_formula.q, atol=1e-12)
+    np.testing.assert_allclose(as_table.q, by_formula.q, atol=1e-12)
+    constant = model.simulate(0.5, 1e-3, inputs={"torque": 0.3})
+    np.testing.assert_allclose(constant.q, model.simulate(0.5, 1e-3, inputs={"torque": np.full(501, 0.3)}).q, rtol=0)
+    assert abs(constant.q[-1, 0] - by_formula.q[-1, 0]) > 1e-3
+    work = constant.energy["power"] + 0.05 * constant.v[:, 0] ** 2
+    np.testing.assert_allclose(work, 0.3 * constant.v[:, 0], atol=1e-12)
+
+
+def test_explicit_stages_see_inputs_between_the_grid_points() -> None:
+    model = pendulum()
+    by_function = model.simulate(0.5, 1e-2, method="rk4", inputs={"torque": lambda t: 0.2 * np.sin(3 * t)})
+    np.testing.assert_allclose(by_function.q, model.simulate(0.5, 1e-2, method="rk4").q, atol=1e-13)
+
+
+def test_initial_states_by_array_and_by_joint() -> None:
+    model = pendulum()
+    by_array = model.simulate(0.01, 1e-3, initial={"q": [0.9], "v": [-0.5]})
+    by_joint = model.simulate(0.01, 1e-3, initial={"hinge": {"position": 0.9, "velocity": -0.5}})
+    np.testing.assert_array_equal(by_array.q, by_joint.q)
+    assert (by_array.q[0, 0], by_array.v[0, 0]) == (0.9, -0.5)
+    position_only = model.simulate(0.0, 1e-3, initial={"hinge": 0.9})
+    assert (position_only.q[0, 0], position_only.v[0, 0]) == (0.9, 0.1)
+    turned = flyer().simulate(0.0, 1e-3, initial={"ball": [0.0, 1.0, 0.0, 0.0]})
+    np.testing.assert_array_equal(turned.q[0, 7:11], [0, 1, 0, 0])
+
+
+def test_parameters_change_a_run() -> None:
+    model = pendulum()
+    short, long = (model.simulate(0.5, 1e-3, parameters={"length": length}) for length in (0.25, 1.0))
+    assert short.q[-1, 0] != long.q[-1, 0]
+    assert short.metadata["parameters"] == {"length": 0.25, "shake": 0.05}
+
+
+def test_last_state_is_recorded_whatever_the_stride() -> None:
+    run = pendulum().simulate(0.01, 1e-3, record_every=4)
+    np.testing.assert_allclose(run.t, [0.0, 0.004, 0.008, 0.01], atol=1e-15)
+    whole = pendulum().simulate(0.01, 1e-3)
+    np.testing.assert_array_equal(run.q[-1], whole.q[-1])
+
+
+def test_progress_and_chunks_do_not_change_the_numbers() -> None:
+    seen: list[tuple[int, int]] = []
+    run = pendulum().simulate(2.0, 1e-4, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (20000, 20000) and len(seen) > 2
+    assert [done for done, _ in seen] == sorted({done for done, _ in seen})
+    halves = pendulum().simulate(1.0, 1e-4)
+    np.testing.assert_array_equal(run.q[: len(halves.t)], halves.q)
+
+
+def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
+    run = breaking().simulate()
+    assert not run.success and not run.interrupted
+    pattern = (
+        r"stopped at t = 0\.\d+ s, after \d+ of 1000 steps: a value became infinite or not a number; "
+        r"the first block that is not finite is Q \(the generalized force\), component v\.\w+ at t = 0\.5\d* s; try: "
+        r"a step smaller than 0\.001 s; then the forces and formulas near that time"
+    )
+    assert re.fullmatch(pattern, run.message), run.message
+    assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
+
+
+def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
+    builder = eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])
+    builder.curve("map", points=[[-1, 0], [0, 1], [1, 2]]).state("clock", "3").state("lag", "map(clock) - lag")
+    message = eomgen.build(builder.effort("push", "slide", "lag").build(), profile="quick").simulate(1.0, 1e-2).message
+    assert (
+        "the first block that is not finite is zdot (the rates of the internal states), component lag at t = 0.34 s, "
+        "where the curve map has points from -1 to 1 and is asked at 1.02; try: points that reach further"
+    ) in message
+
+
+def test_a_start_at_which_forces_are_no_numbers_is_reported_not_raised() -> None:
+    run = breaking().simulate(1.0, 1e-3, t_start=0.6)
+    assert not run.success and run.t.tolist() == [0.6]
+    assert "stopped at t = 0.6 s, after 0 of 400 steps" in run.message and "Q (the generalized force)" in run.message
+
+
+def test_an_impossible_inertia_is_explained_when_it_ends_a_run() -> None:
+    balloon = eomgen.SceneBuilder("balloon").parameter("mass", 1.0, tunable=True)
+    balloon.body("first", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
+    balloon.body("second", "mass", center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
+    balloon.joint("shoulder", "revolute", "base", "first", axis=[0, 1, 0], initial={"position": [0.5]})
+    balloon.joint("elbow", "revolute", "first", "second", axis=[0, 1, 0], position=[0, 0, -1])
+    scene = replace(balloon.build(), requirements=())  # which would refuse a mass that a URDF may have
+    model = eomgen.build(scene, profile="quick")
+    run = model.simulate(10.0, 1e-2, parameters={"mass": -1.1})
+    assert not run.success
+    assert "the inertia matrix there is not positive definite, its smallest eigenvalue is -" in run.message
+    assert run.message.endswith("; try: masses and inertias that bodies can have")
+
+
+def test_an_input_function_that_fails_ends_the_run_just_before() -> None:
+    def torque(t: float) -> float:
+        return 1.0 / (1.0 if t < 0.25 else 0.0)
+
+    run = pendulum().simulate(0.5, 1e-3, inputs={"torque": torque})
+    assert not run.success
+    assert "input torque: the function failed at t = 0.25 s: ZeroDivisionError: float division by zero" in run.message
+    assert run.t[-1] == pytest.approx(0.249)
+
+
+def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None:
+    before = signal.getsignal(signal.SIGINT)
+
+    def progress(done: int, total: int) -> None:
+        if done > 1000:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    run = pendulum().simulate(1e5, 1e-3, record_every=100, progress=progress)
+    assert run.interrupted and not run.success
+    assert re.fullmatch(r"interrupted at t = [\d.]+ s, after \d+ of 100000000 steps", run.message)
+    assert run.stats["steps"] == round(run.t[-1] * 1000) and len(run.t) >= 10 and np.all(np.isfinite(run.q))
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"step": 0.0}, "step: the step must be positive, not 0"),
+        ({"step": np.nan}, "step: step is nan, not a finite number"),
+        ({"step": "1"}, "step: a number of seconds is needed, not str"),
+        ({"t_end": np.inf}, "t_end: t_end is inf, not a finite number"),
+        ({"t_end": -1.0}, "t_end: the end -1 s lies before the start 0 s"),
+        ({"t_end": 1e9, "step": 1e-9}, "1e+09 s in steps of 1e-09 s are 1e+18 steps"),
+        ({"t_end": 1e6, "step": 1e-8}, "record_every: 100000000000002 rows of 4 numbers would take about"),
+        ({"method": "rk5"}, "method: there is no method 'rk5'; try: rk4"),
+        ({"rho_inf": 1.5}, "rho_inf: rho_inf must lie between 0 and 1, not 1.5"),
+        ({"record_every": 0}, "record_every: record_every must be a whole number from 1 on, not 0"),
+        ({"settings": {"rtl": 1e-6}}, "settings: generalized_alpha has no setting 'rtl'; try: one of rtol, atol"),
+        (
+            {"settings": {"max_iterations": 1.5}},
+            "settings.max_iterations: max_iterations must be a whole number from 1 to 2147483647, not 1.5; try: 16",
+        ),
+        ({"settings": {"max_iterations": 0}}, "max_iterations must be a whole number from 1 to 2147483647, not 0; try: 16"),
+        ({"settings": {"max_halvings": 31}}, "settings.max_halvings: max_halvings must be a whole number from 0 to 30, not 31"),
+        ({"settings": {"max_halvings": 0.5}}, "max_halvings must be a whole number from 0 to 30, not 0.5"),
+        ({"settings": {"reuse": 2}}, "settings.reuse: reuse must be 0 or 1, not 2; try: 1"),
+        ({"settings": {"reuse": 0.5}}, "settings.reuse: reuse must be 0 or 1, not 0.5; try: 1"),
+        ({"parameters": {"length": np.inf}}, "parameters: parameter length is inf, not a finite number"),
+        ({"parameters": {"length": [1.0, 2.0]}}, "one set of parameters is needed, not a batch of shape (2, 2)"),
+        ({"initial": {"q": [np.nan]}}, "initial q: q.hinge is nan, not a finite number"),
+        ({"initial": {"hing": 0.1}}, "there is no joint 'hing'; try: hinge"),
+        ({"initial": {"hinge": {"speed": 0.1}}}, "initial hinge: 'speed' is not known here; try: position or velocity"),
+        ({"initial": {"hinge": [1.0, 2.0]}}, "initial position of hinge: the shape is (2,), (1,) is needed"),
+        ({"inputs": {"torq": 1.0}}, "there is no input 'torq'; try: torque"),
+        ({"inputs": {"torque": [1.0, 2.0]}}, "input torque: the shape is (2,), (2001,) is needed"),
+        ({"inputs": {"torque": np.nan}}, "input torque: input torque is nan, not a finite number"),
+    ],
+)
+def test_what_cannot_run_is_refused_by_name(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+        pendulum().simulate(**options)
+
+
+def test_a_start_that_is_no_rotation_is_refused() -> None:
+    with pytest.raises(
+        eomgen.UsageError, match=r"initial q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 2, not 1"
+    ):
+        flyer().simulate(0.1, initial={"ball": [2.0, 0.0, 0.0, 0.0]})
+
+
+def test_runs_in_several_threads_do_not_disturb_each_other() -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    model = flyer()
+    starts = [{"slide": 0.01 * k} for k in range(6)]
+    alone = [model.simulate(0.5, 1e-3, initial=start).q for start in starts]
+    with ThreadPoolExecutor(3) as pool:
+        together = list(pool.map(lambda start: model.simulate(0.5, 1e-3, initial=start).q, starts))
+    for first, second in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(first, second)

@@ -1,0 +1,113 @@
+"""Positions where constraints are singular: passed along the velocity, or the run says that it is they."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.simulation.singular_positions import NEARLY, nearest_singular, singular_ahead, way_past, way_through
+from tests.oracles.placed_loops import four_bar, windows
+
+SINGULAR = ", where branches of configurations cross"
+WAY = "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than 0.002 s may come nearer to it"
+
+
+@pytest.fixture(scope="module")
+def model() -> eomgen.Model:
+    return eomgen.build(windows(2) | {"outputs": {"energy": {"energy": "total"}}}, profile="quick")
+
+
+def tops(t: np.ndarray) -> np.ndarray:
+    """Return the angle of two windows that stay parallel to each other, (n,): theta'' = -(3 g / 2) (7 / 9) cos(theta)."""
+    found = solve_ivp(lambda _, y: [y[1], -1.5 * 9.81 * 7 / 9 * np.cos(y[0])], (0.0, t[-1]), [np.pi / 2, -1.0],
+                      method="DOP853", rtol=1e-13, atol=1e-13, t_eval=t)  # fmt: skip
+    return np.asarray(found.y[0])
+
+
+def error(run: eomgen.Solution) -> float:
+    """Return the largest distance, in m, of a top of a post from where it has to be."""
+    return float(np.abs(2.0 * np.sin((run.q[:, :3] - tops(run.t)[:, np.newaxis]) / 2.0)).max())
+
+
+@pytest.mark.parametrize("step", [1e-2, 5e-3, 1e-3])
+def test_rk4_partitioned_passes_and_says_how_often(model: eomgen.Model, step: float) -> None:
+    """The figures of docs/scene.md."""
+    run = model.simulate(10.0, step, method="rk4_partitioned")
+    count = int(run.stats["singular_passages"])
+    assert run.success and count == (10 if step < 1e-2 else 9)
+    assert run.message.endswith(
+        f"; it passed {count} positions where the constraints are singular, or nearly, and branches cross, each time along its "
+        "velocity"
+    )
+    assert error(run) < 3e-6 and np.ptp(run.energy["total"]) < 3e-6
+
+
+@pytest.mark.parametrize("step", [1e-2, 5e-3, 2e-3, 1e-3])
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "trapezoidal"])
+def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(model: eomgen.Model, method: str, step: float) -> None:
+    run = model.simulate(10.0, step, method=method)
+    assert error(run) < 50.0 * step**2
+    assert np.ptp(run.energy["total"]) < 200.0 * step**2
+    if not run.success:
+        assert "the constraints are nearly singular at t = " in run.message and SINGULAR in run.message
+        assert "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than" in run.message
+    elif run.stats["halvings"] and "singular" in run.message:
+        assert run.message.endswith(f"{SINGULAR}; try: {way_through(method, step)}")
+
+
+def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> None:
+    run = model.simulate(10.0, 2e-3, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
+    assert not run.success and run.message.endswith(f"{SINGULAR}; {WAY}")
+    named = float(run.message.partition("singular at t = ")[2].partition(" s")[0])
+    assert run.t[-1] <= named <= run.t[-1] + 4e-3
+    flat = np.abs(np.sin(tops(np.array([0.0, named]))[-1]))
+    assert flat < 0.05
+    passed = model.simulate(10.0, 2e-3, method="rk4_partitioned")
+    assert passed.success and passed.t[-1] > named
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+def test_a_start_at_one_is_refused_with_the_cause(model: eomgen.Model, method: str, speed: float) -> None:
+    flat = {"q": np.zeros(5), "v": speed * np.array([1.0, 1.0, 1.0, -1.0, -1.0])}
+    run = model.simulate(0.1, 1e-3, method=method, initial=flat)
+    assert not run.success and "the constraints are nearly singular at t = 0 s" in run.message
+    hint = "a start elsewhere: the constraints do not say there in which branch the motion goes on"
+    assert run.message.endswith(f"{SINGULAR}; try: {hint}")
+
+
+def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
+    angle = np.linspace(np.pi / 2, 0.01, 300)
+    q, t, p = np.stack([angle, angle, angle, -angle, -angle], axis=1), np.linspace(0.0, 1.0, 300), model.parameter_array()
+    v = np.array([-1.0, -1.0, -1.0, 1.0, 1.0])
+    nearest = nearest_singular(model, t, q, p)
+    assert nearest is not None and nearest.time == 1.0 and nearest.part < NEARLY
+    assert nearest_singular(model, t[:200], q[:200], p) is None
+    ahead = singular_ahead(model, t[:290], q[:290], v, p, angle[289] / 1.5)
+    assert ahead is not None and ahead.time == pytest.approx(t[289] + angle[289], rel=1e-9)
+    assert singular_ahead(model, t[:290], q[:290], -v, p, 1e-3) is None
+    assert singular_ahead(model, t[:1], q[:1], v, p, 1e-3) is None
+    start = singular_ahead(model, t[:1], np.zeros((1, 5)), 0.0 * v, p, 1e-3)
+    assert start is not None and start.time == 0.0 and start.part < 1e-8
+
+
+def test_ways_are_those_of_the_method() -> None:
+    other = "rk4_partitioned, which passes such positions along the velocity"
+    assert way_through("hht", 1e-3) == f"a step smaller than 0.001 s, or {other}"
+    assert way_past("hht", 1e-3, at_start=False) == f"{other}; steps smaller than 0.001 s may come nearer to it"
+    assert way_through("rk4_partitioned", 1e-3) == "a step smaller than 0.001 s"
+    past = way_past("rk4_partitioned", 1e-3, at_start=False)
+    assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
+
+
+def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:
+    run = model.simulate(0.05, 1e-3, method="rk4_partitioned")
+    assert run.message == "reached t = 0.05 s in 50 steps" and run.stats["singular_passages"] == 0
+
+
+def test_a_stop_elsewhere_does_not_name_them() -> None:
+    model = eomgen.build(four_bar("revolute"), profile="quick")
+    run = model.simulate(2.0, 2e-2, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
+    assert not run.success and "singular" not in run.message and "try: a step smaller than 0.02 s" in run.message

@@ -1,0 +1,141 @@
+"""The times of runs: they end where they are told to, time moves on in every step, and waves are slower than steps."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.compiled.model import Model
+from eomgen.errors import UsageError
+from eomgen.simulation.time_grid import time_grid
+
+
+@cache
+def pendulum() -> Model:
+    """Return a driven pendulum with an input from outside."""
+    return eomgen.build({
+        "format": 1, "name": "timed", "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
+        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 1, 0], "initial": {"position": 1.0}}},
+        "inputs": {"push": {}, "beat": {"formula": "sin(3 * t)"}}, "efforts": {"e": {"joint": "h", "effort": "push + beat"}},
+    })  # fmt: skip
+
+
+METHODS = ("generalized_alpha", "rk4", "taylor", "hermite")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("end", "step", "steps"), [(0.0105, 1e-3, 11), (0.05, 0.1, 1), (0.1, 0.03, 4), (0.3, 0.1, 3)])
+def test_a_run_ends_where_it_is_told_to(method: str, end: float, step: float, steps: int) -> None:
+    solution = pendulum().simulate(end, step, method=method, inputs={"push": 0.5})
+    assert solution.success and solution.stats["steps"] == steps
+    assert solution.message.startswith(f"reached t = {end:.9g} s in {steps} steps")
+    assert len(solution.t) == steps + 1
+    assert solution.t[-1] == end if steps != 3 else solution.t[-1] == pytest.approx(end, abs=1e-16)
+    assert np.array_equal(solution.t[:-1], step * np.arange(steps))
+    assert pendulum().simulate(end, step, method=method, inputs={"push": 0.5}, record_every=7).t[-1] == solution.t[-1]
+
+
+@pytest.mark.parametrize(("method", "order"), [("generalized_alpha", 2), ("rk4", 4), ("hermite", 4)])
+def test_the_shortened_step_keeps_the_order(method: str, order: int) -> None:
+    end, errors = 1.0, []
+    exact = pendulum().simulate(end, 1e-3, method="taylor", tolerance=1e-14, inputs={"push": 0.5})
+    for step in (0.03, 0.015, 0.0075):  # the last step is a third of the others
+        solution = pendulum().simulate(end, step, method=method, inputs={"push": 0.5})
+        assert solution.t[-1] == end
+        errors.append(np.abs([solution.q[-1] - exact.q[-1], solution.v[-1] - exact.v[-1], solution.a[-1] - exact.a[-1]]).max())
+    assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25)
+
+
+def test_tables_and_functions_are_not_asked_beyond_the_end() -> None:
+    asked: list[float] = []
+
+    def push(t: float) -> float:
+        asked.append(t)
+        return 2.0 * t
+
+    by_function = pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": push})
+    assert max(asked) == pytest.approx(0.0105, abs=1e-17)
+    by_table = pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": 2e-3 * np.arange(12)})
+    assert by_table.q == pytest.approx(by_function.q, abs=1e-15)
+    with pytest.raises(UsageError, match=r"the shape is \(11,\), \(12,\) is needed"):
+        pendulum().simulate(0.0105, 1e-3, method="rk4", inputs={"push": np.zeros(11)})
+
+
+def test_a_checkpoint_of_a_run_with_a_shortened_step_goes_on_with_the_grid(tmp_path: Path) -> None:
+    file, model = tmp_path / "run.ckpt", pendulum()
+    first = model.simulate(0.0105, 1e-3, inputs={"push": 0.5}, checkpoint=file)
+    again = model.resume(file)
+    assert again.t.tolist() == [0.01, 0.0105] and np.array_equal(again.q[-1], first.q[-1])
+    with pytest.raises(UsageError, match=r"the end 0.0095 s lies before the checkpoint's time 0.01 s"):
+        model.resume(file, 0.0095)
+    later = model.resume(file, 0.0203)
+    whole = model.simulate(0.0203, 1e-3, inputs={"push": 0.5})
+    both = first.followed_by(later)
+    assert np.array_equal(both.t, whole.t) and np.array_equal(both.q, whole.q) and np.array_equal(both.a, whole.a)
+
+
+@pytest.mark.parametrize(("start", "step", "apart"), [(1e17, 0.5, "16"), (1e9, 1e-8, "1.19e-07"), (-1e9, 1e-8, "1.19e-07")])
+def test_a_step_in_which_time_cannot_move_on_is_refused(start: float, step: float, apart: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        pendulum().simulate(start + 32 * step + 64.0, step, t_start=start, inputs={"push": 0.0})
+    latest = max(start, start + 32 * step + 64.0, key=abs)
+    said = f"step: at t = {latest:.9g} s neighbouring numbers are {apart} s apart, too far for a step of {step:.3g} s; try: "
+    assert said in str(refused.value)
+    assert "or times nearer to 0, with formulas of time shifted by as much" in str(refused.value)
+
+
+def test_steps_that_are_not_refused_have_different_times() -> None:
+    for start in (0.0, 1.0, -3.7e3, 1.7e9, 4.5e15):
+        step = 16 * np.spacing(abs(start) + 1.0)
+        grid = time_grid(start, start + 100.5 * step, step)
+        times = np.append(start + step * np.arange(grid.whole + 1), grid.end)
+        assert np.all(np.diff(times) > 0.4 * step) and grid.steps == 101
+
+
+def test_a_float_stepper_has_the_time_of_float() -> None:
+    with pytest.raises(UsageError, match=r"at t = 10000 s neighbouring numbers are 0.000977 s apart, too far for"):
+        time_grid(0.0, 1e4, 1e-3, "float")
+    assert time_grid(0.0, 1e4, 1e-3).steps == 10_000_000
+
+
+def fast_wave(period: float) -> Model:
+    return eomgen.build({
+        "format": 1, "name": f"wave_of_{period:g}".replace("-", "_"), "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}},
+        "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
+        "inputs": {"u": {"wave": {"shape": "square", "period": period}}}, "efforts": {"e": {"joint": "h", "effort": "u"}},
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str) -> None:
+    model = fast_wave(1e-12)
+    with pytest.raises(UsageError) as refused:
+        model.simulate(1e-3, 1e-3, method=method)
+    assert str(refused.value) == (
+        "usage error: step: forces jump 2e+09 times within a step of 0.001 s, in waves of 1e-12 s; try: a step of 5e-09 s or "
+        "less with a larger record_every, or a longer period of the wave"
+    )  # fmt: skip
+    with pytest.raises(UsageError, match=r"there are 2e\+09 such times from 0 s to 0.001 s, in waves of 1e-12 s"):
+        model.discontinuity_times(0.0, 1e-3)
+    assert len(model.discontinuity_times(0.0, 1e-9)) == 2001
+
+
+def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
+    model = fast_wave(1e-6)
+    solution = model.simulate(1.0, 2e-3, method="rk4")
+    assert solution.success and solution.v[-1, 0] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_ctrl_c_is_heard_among_many_jumps() -> None:
+    model = fast_wave(1e-6)
+    timer = threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    solution = model.simulate(1e3, 2e-3, method="rk4", record_every=1000)
+    timer.join()
+    assert solution.interrupted and solution.message.startswith("interrupted at t = ")

@@ -1,0 +1,189 @@
+"""From three lines of C to a call with NumPy arrays, in both modes of cffi, through the cache and its failures."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import ToolchainError, UsageError
+from eomgen.toolchain import builder as builder_module
+from eomgen.toolchain import cffi_build
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.library import Library
+
+CDEF = """const char *eomgen_fingerprint(void);
+const char *eomgen_number_type(void);
+long eomgen_size(int what);
+int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
+"""
+FILES = {
+    "interface.h": "#pragma GCC visibility push(default)\n" + CDEF + "#pragma GCC visibility pop\n",
+    "model.c": '#include "interface.h"\n'
+    'const char *eomgen_fingerprint(void) { return "f00d"; }\n'
+    'const char *eomgen_number_type(void) { return "double"; }\n'
+    "long eomgen_size(int what) { return what == 0 ? 1 : -1; }\n"
+    "int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs)\n"
+    "{ long i; if (function) return -1;\n"
+    "  for (i = 0; i < count; ++i) outputs[0][i] = inputs[0][i * strides[0]] + 10 * inputs[1][i * strides[1] + 1];\n"
+    "  return 0; }\n",
+    "main.c": "#error not for the library\n",
+}
+LAYOUT = {"functions": [{"name": "f", "inputs": ["t", "q"], "input_sizes": [1, 2], "outputs": [{"name": "y", "size": 1}]}]}
+
+
+def build(folder: Path, mode: str | None = None, content: bytes = b"content", files: dict[str, str] = FILES) -> Library:
+    return Builder("quick", mode=mode, cache=Cache(folder)).build(content, files, CDEF, LAYOUT)
+
+
+@pytest.mark.parametrize("mode", ["api", "abi"])
+def test_both_modes_give_the_same_numbers(mode: str, tmp_path: Path) -> None:
+    library = build(tmp_path, mode)
+    assert library.mode == mode
+    assert (library.fingerprint, library.real) == ("f00d", "double")
+    y = np.zeros(3)
+    library.call("f", [np.array([1.0]), np.array([[0, 1], [0, 2], [0, 3.0]])], [y])
+    assert y.tolist() == [11.0, 21.0, 31.0]
+    library.call(0, [np.array([[1.0], [2.0], [4.0]]), np.array([0, 0.5])], [y])
+    assert y.tolist() == [6.0, 7.0, 9.0]
+
+
+def test_a_bound_call_sees_changes_of_its_arrays(tmp_path: Path) -> None:
+    t, q, y = np.zeros(1), np.zeros(2), np.zeros(1)
+    call = build(tmp_path).bind("f", [t, q], [y])
+    for value in (1.0, 2.0):
+        q[1] = value
+        call()
+        assert y[0] == 10 * value
+
+
+def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path) -> None:
+    library = build(tmp_path)
+    t, q, y = np.zeros(1), np.zeros(2), np.zeros(1)
+    for inputs, outputs, message in (
+        ([t], [y], r"f takes 2 arrays and fills 1, not 1 and 1; try: inputs t, q"),
+        ([t, np.zeros(3)], [y], r"input q of f has shape \(3,\); try: \(2,\) or \(samples, 2\)"),
+        ([t, np.zeros((0, 2))], [y], r"input q of f has shape \(0, 2\)"),
+        (
+            [np.zeros((2, 1)), np.zeros((3, 2))],
+            [y],
+            r"input q of f has shape \(3, 2\) where other inputs have 2 samples; try: .*\(2, 2\)",
+        ),
+        ([t, q.astype(np.float32)], [y], r"input q of f is float32; try: numpy.ascontiguousarray\(x, dtype=numpy.float64\)"),
+        ([t, np.zeros((2, 2))[:, 0]], [y], r"input q of f is float64, not contiguous"),
+        ([t, q], [np.zeros(2)], r"output y of f has 2 numbers for 1 samples of 1"),
+        ([t, q], [np.zeros(1, complex)], r"output y of f is complex128"),
+    ):
+        with pytest.raises(UsageError, match=message):
+            library.call("f", inputs, outputs)
+    y.flags.writeable = False
+    with pytest.raises((BufferError, ValueError)):
+        library.call("f", [t, q], [y])
+
+
+def test_the_second_time_nothing_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = build(tmp_path)
+    monkeypatch.setattr(builder_module, "compile_library", None)
+    assert build(tmp_path).folder == first.folder
+    assert Builder("quick", cache=Cache(tmp_path)).find(b"content") is not None
+    assert Builder("quick", cache=Cache(tmp_path)).find(b"other") is None
+    assert Builder("reproducible", cache=Cache(tmp_path)).find(b"content") is None
+
+
+def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> None:
+    build(tmp_path, "api")
+    script = (
+        "import sys\nfrom eomgen.toolchain.builder import Builder\nfrom eomgen.toolchain.cache import Cache\n"
+        f"library = Builder('quick', cache=Cache({str(tmp_path)!r})).find(b'content')\n"
+        "print(library.fingerprint, sorted({'sympy', 'jinja2', 'setuptools', 'pycparser', 'cffi', 'scipy'} & set(sys.modules)))\n"
+    )
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout == "f00d []\n"
+
+
+@pytest.mark.parametrize("damage", ["truncate", "garbage", "layout"])
+def test_a_broken_library_is_built_again(damage: str, tmp_path: Path) -> None:
+    library = build(tmp_path, "abi")
+    file = next(library.folder.glob("model.*[!c]")) if damage != "layout" else library.folder / "layout.json"
+    copy = file.read_bytes()
+    file.unlink()
+    file.write_bytes(copy[: len(copy) // 2] if damage == "truncate" else b"garbage")
+    again = build(tmp_path, "abi")
+    y = np.zeros(1)
+    again.call("f", [np.ones(1), np.ones(2)], [y])
+    assert y[0] == 11.0
+    assert len(list((tmp_path / "quarantine").iterdir())) == 1
+
+
+def test_a_consistent_entry_that_is_no_library_is_built_again(tmp_path: Path) -> None:
+    builder = Builder("quick", mode="abi", cache=Cache(tmp_path))
+
+    def fake(folder: Path) -> None:
+        (folder / "layout.json").write_text("{}", encoding="utf-8")
+
+    builder.cache.put(builder.key(b"content"), fake)
+    assert builder.find(b"content") is None
+    assert builder.build(b"content", FILES, CDEF, LAYOUT).fingerprint == "f00d"
+
+
+def test_failed_sources_are_kept_where_the_message_says(tmp_path: Path) -> None:
+    with pytest.raises(ToolchainError, match="sources kept in") as caught:
+        build(tmp_path, files={**FILES, "model.c": "int broken\n"})
+    folder = Path(caught.value.problems[0].where.removeprefix("C compiler, sources kept in "))
+    assert (folder / "model.c").read_text(encoding="utf-8") == "int broken\n"
+    assert not any(path.name.startswith("tmp-") for path in tmp_path.iterdir())
+
+
+def test_without_python_headers_the_abi_mode_serves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builder_module, "python_headers", lambda: None)
+    assert build(tmp_path).mode == "abi"
+    with pytest.raises(ToolchainError, match=r"Python\.h is missing.*try: apt install python3-dev, or mode abi"):
+        Builder("quick", mode="api", cache=Cache(tmp_path))
+
+
+def test_four_processes_build_the_same_model_at_once(tmp_path: Path) -> None:
+    script = (
+        "import pathlib, sys, numpy\nfrom tests.toolchain.test_builder import build\n"
+        "y = numpy.zeros(1)\nbuild(pathlib.Path(sys.argv[1])).call('f', [numpy.ones(1), numpy.ones(2)], [y])\n"
+        "print(y[0])\n"
+    )
+    processes = [
+        subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for _ in range(4)
+    ]
+    assert [process.communicate() for process in processes] == [("11.0\n", "")] * 4
+    assert not list(tmp_path.glob("tmp-*"))
+
+
+def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
+    first = build(tmp_path)
+    second = build(
+        tmp_path, content=b"other", files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")}
+    )
+    y = np.zeros(1)
+    first.call("f", [np.zeros(1), np.ones(2)], [y])
+    assert (y[0], first.fingerprint) == (10.0, "f00d")
+    second.call("f", [np.zeros(1), np.ones(2)], [y])
+    assert (y[0], second.fingerprint) == (20.0, "beef")
+
+
+def test_the_wrapper_is_compiled_once_for_all_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build(tmp_path, "api")
+    monkeypatch.setattr(builder_module, "wrapper_source", None)
+    assert build(tmp_path, "api", content=b"second model").mode == "api"
+
+
+def test_a_file_that_is_no_library_is_reported(tmp_path: Path) -> None:
+    file = tmp_path / "no.so"
+    file.write_bytes(b"no")
+    for load in (lambda: cffi_build.load_api(file), lambda: cffi_build.load_abi(file, CDEF)):
+        with pytest.raises(ToolchainError, match=r"no\.so cannot be loaded: .*; try: building again"):
+            load()
+
+
+def test_unknown_number_types_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ToolchainError, match="no number type 'quad'; try: one of double, float, complex, lanes"):
+        Builder("quick", "quad", cache=Cache(tmp_path))

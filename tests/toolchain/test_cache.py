@@ -1,0 +1,135 @@
+"""The cache: whole entries or none, whoever fails, lies, races or fills the disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eomgen.toolchain.cache import Cache, default_folder
+
+
+def fill(text: str = "content"):
+    def build(folder: Path) -> None:
+        (folder / "data.txt").write_text(text, encoding="utf-8")
+
+    return build
+
+
+def test_an_entry_comes_back_and_others_do_not(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+    cache.put("a" * 64, fill())
+    entry = cache.get("a" * 64)
+    assert entry is not None
+    assert entry.text("data.txt") == "content"
+    assert entry.files == ("data.txt",)
+    assert cache.get("b" * 64) is None
+
+
+@pytest.mark.parametrize("damage", ["change", "remove", "meta", "empty_meta", "no_meta"])
+def test_a_damaged_entry_is_put_aside_and_can_be_built_again(damage: str, tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+    entry = cache.put("key", fill())
+    if damage == "change":
+        entry.file("data.txt").write_text("c0ntent", encoding="utf-8")
+    elif damage == "remove":
+        entry.file("data.txt").unlink()
+    elif damage == "meta":
+        entry.file("entry.json").write_text('{"files": 3}', encoding="utf-8")
+    elif damage == "empty_meta":
+        entry.file("entry.json").write_text("", encoding="utf-8")
+    else:
+        entry.file("entry.json").unlink()
+    assert cache.get("key") is None
+    assert not (tmp_path / "key").exists()
+    assert len(list((tmp_path / "quarantine").iterdir())) == 1
+    assert cache.put("key", fill("again")).text("data.txt") == "again"
+    assert cache.get("key") is not None
+
+
+def test_a_failed_build_leaves_no_entry_but_its_sources(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+
+    def build(folder: Path) -> None:
+        (folder / "model.c").write_text("int x", encoding="utf-8")
+        raise RuntimeError("no luck")
+
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="no luck"):
+            cache.put("key", build)
+    assert cache.get("key") is None
+    assert (cache.failed_folder("key") / "model.c").read_text(encoding="utf-8") == "int x"
+    assert [path.name for path in tmp_path.iterdir()] == ["failed"]
+
+
+def test_the_least_recently_used_go_first(tmp_path: Path) -> None:
+    cache = Cache(tmp_path, limit=3500)
+    for number, key in enumerate(("one", "two", "three")):
+        entry = cache.put(key, fill("x" * 1000))
+        os.utime(entry.file("entry.json"), ns=(number, number))
+    assert cache.get("one") is not None  # used: now the youngest
+    cache.put("four", fill("x" * 1000))
+    assert cache.get("two") is None
+    assert all(cache.get(key) is not None for key in ("one", "four"))
+    assert cache.size() <= 3500
+
+
+def test_an_entry_larger_than_the_limit_still_serves_its_maker(tmp_path: Path) -> None:
+    cache = Cache(tmp_path, limit=10)
+    assert cache.put("key", fill("x" * 1000)).text("data.txt") == "x" * 1000
+
+
+def test_who_comes_second_takes_the_first_one_s(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+
+    def slow(folder: Path) -> None:
+        fill("second")(folder)
+        cache.put("key", fill("first"))
+
+    assert cache.put("key", slow).text("data.txt") == "first"
+    assert not list(tmp_path.glob("tmp-*"))
+
+
+def test_processes_that_race_all_get_a_whole_entry(tmp_path: Path) -> None:
+    script = (
+        "import sys, time\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\n"
+        "def build(folder):\n    (folder / 'a').write_text('x' * 100000)\n    time.sleep(0.05)\n"
+        "    (folder / 'b').write_text('y')\n"
+        "cache = Cache(sys.argv[1])\n"
+        "for key in ('k1', 'k2', 'k3'):\n    entry = cache.put(key, build)\n    print(len(entry.text('a')), entry.text('b'))\n"
+    )
+    processes = [
+        subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True) for _ in range(4)
+    ]
+    assert [process.communicate()[0] for process in processes] == ["100000 y\n" * 3] * 4
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["k1", "k2", "k3"]
+
+
+def test_a_folder_that_cannot_be_written_is_replaced_with_a_warning(tmp_path: Path) -> None:
+    occupied = tmp_path / "file"
+    occupied.write_text("", encoding="utf-8")
+    cache = Cache(occupied)  # nothing is said as long as nothing is to be built
+    assert cache.get("key") is None
+    with pytest.warns(RuntimeWarning, match=r"the cache .*file cannot be written .* Set EOMGEN_CACHE") as warned:
+        assert cache.put("key", fill()).text("data.txt") == "content"
+        assert cache.put("other", fill()).text("data.txt") == "content"
+    assert len(warned) == 1 and cache.get("key") is not None
+    cache.clear()
+
+
+def test_the_environment_chooses_the_folder(tmp_path: Path) -> None:
+    assert default_folder({"EOMGEN_CACHE": str(tmp_path)}) == tmp_path
+    assert default_folder({}).name == "eomgen"
+
+
+def test_clearing_counts_entries(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+    cache.put("one", fill())
+    cache.put("two", fill())
+    assert json.loads((tmp_path / "one" / "entry.json").read_text(encoding="utf-8"))["files"].keys() == {"data.txt"}
+    assert cache.clear() == 2
+    assert cache.get("one") is None

@@ -1,0 +1,372 @@
+"""The cache on hostile days: crowds, kills, full and read-only disks, broken entries, two compilers."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.errors import FileError, ToolchainError
+from eomgen.toolchain import cache as cache_module
+from eomgen.toolchain import locks as claims_module
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import KEPT, SETTLED, Cache
+from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
+from eomgen.toolchain.locks import hold
+from tests.toolchain.fire import (
+    NOTHING_LEFT,
+    building,
+    command,
+    left_in,
+    mounted,
+    remounted,
+    scene_in,
+    script,
+)
+from tests.toolchain.test_builder import CDEF, FILES, LAYOUT, build
+
+
+def value(library) -> float:
+    y = np.zeros(1)
+    library.call("f", [np.ones(1), np.ones(2)], [y])
+    return float(y[0])
+
+
+def end(process: subprocess.Popen[str]) -> str:
+    """Return what a process printed, which must be all that it said."""
+    printed, complaint = process.communicate(timeout=120)
+    assert (process.returncode, complaint) == (0, "")
+    return printed
+
+
+def wait_for(file: Path) -> None:
+    deadline = time.monotonic() + 60
+    while not file.exists():
+        assert time.monotonic() < deadline, f"{file} did not come"
+        time.sleep(0.01)
+
+
+# -- crowds and kills --------------------------------------------------------------------------------------------------
+
+
+def test_sixteen_processes_build_one_scene_and_one_of_them_compiles(tmp_path: Path) -> None:
+    scene, cache, log = scene_in(tmp_path), tmp_path / "cache", tmp_path / "log"
+    counting = script(tmp_path / "counting", f'echo "$*" >> {log}\nexec cc "$@"')
+    processes = [building(scene, cache, CC=str(counting)) for _ in range(16)]
+    printed = {end(process) for process in processes}
+    assert len(printed) == 1 and len(printed.pop()) > 100
+    models = [line for line in log.read_text().splitlines() if line.endswith("shaken.o")]
+    assert len(models) == 1, models
+    assert left_in(cache) == NOTHING_LEFT
+    assert len([path for path in cache.iterdir() if (path / "entry.json").exists()]) == 2  # the model, and the wrapper of all
+
+
+def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
+    scene, cache = scene_in(tmp_path), tmp_path / "cache"
+    lengths = random.Random(4)
+    for _ in range(6):
+        process = building(scene, cache)
+        time.sleep(lengths.uniform(0.1, 1.6))
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+    first = end(building(scene, cache))
+    assert first == end(building(scene, cache))
+    left = left_in(cache)
+    assert left["claims"] == [] and left["failed"] == [] and left["quarantine"] == []
+    long_ago = time.time() - 2 * SETTLED
+    for name in left["tmp"]:  # what was being built when the kill came: cleared away by a later build, after a while
+        os.utime(cache / name, (long_ago, long_ago))
+    Cache(cache).put("another", lambda folder: None)
+    assert left_in(cache) == NOTHING_LEFT
+
+
+def test_who_waits_for_a_process_that_is_killed_builds_himself(tmp_path: Path) -> None:
+    scene, cache = scene_in(tmp_path), tmp_path / "cache"
+    dawdle, started = tmp_path / "dawdle", tmp_path / "started"
+    dawdle.touch()
+    slow = script(tmp_path / "slow", f'if [ -e {dawdle} ]; then touch {started}; exec sleep 100; fi\nexec cc "$@"')
+    first = building(scene, cache, CC=str(slow))
+    wait_for(started)
+    second = building(scene, cache, CC=str(slow))
+    time.sleep(1.0)
+    assert second.poll() is None
+    dawdle.unlink()
+    os.killpg(first.pid, signal.SIGKILL)
+    first.communicate()
+    assert len(end(second)) > 100
+    assert left_in(cache)["claims"] == []
+
+
+def test_without_locks_everybody_builds_for_himself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims_module, "fcntl", None)
+    cache = Cache(tmp_path)
+    with cache.claim("key"), cache.claim("key"):
+        assert cache.put("key", lambda folder: None).files == ()
+    assert left_in(tmp_path) == NOTHING_LEFT
+
+
+# -- what killed and failed builds leave ---------------------------------------------------------------------------------
+
+
+def test_only_builds_that_nobody_holds_are_cleared_away(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+    ages = {"tmp-held": 2 * SETTLED, "tmp-young": 0.0, "tmp-left": 2 * SETTLED}
+    for name, age in ages.items():
+        (tmp_path / name).mkdir()
+        os.utime(tmp_path / name, (time.time() - age,) * 2)
+    held = hold(tmp_path / "tmp-held")
+    assert held is not None
+    try:
+        cache.put("key", lambda folder: None)
+    finally:
+        os.close(held)
+    assert left_in(tmp_path)["tmp"] == ["tmp-held", "tmp-young"]
+
+
+def test_damaged_and_failed_builds_are_kept_for_a_while_only(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+
+    def fail(folder: Path) -> None:
+        raise ToolchainError("no luck")
+
+    for number in range(KEPT + 3):
+        (cache.put(f"key{number}", lambda folder: None).folder / "entry.json").write_text("", encoding="utf-8")
+        assert cache.get(f"key{number}") is None
+        with pytest.raises(ToolchainError):
+            cache.put(f"bad{number}", fail)
+        os.utime(cache.failed_folder(f"bad{number}"), (number, number))
+    cache.put("last", lambda folder: None)
+    left = left_in(tmp_path)
+    assert len(left["quarantine"]) == KEPT
+    assert sorted(left["failed"]) == sorted(f"bad{number}" for number in range(3, KEPT + 3))
+
+
+def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
+    def interrupted(folder: Path) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Cache(tmp_path).put("key", interrupted)
+    assert left_in(tmp_path) == NOTHING_LEFT
+
+
+# -- disks ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [30_000, 90_000])
+def test_a_full_disk_is_named_and_left_as_it_was(size: int, tmp_path: Path) -> None:
+    """In memory where that can be mounted; else a limit on the size of files comes nearest. The smaller one hits the sources."""
+    scene, cache = scene_in(tmp_path), tmp_path / "small"
+    words = ["simulate", str(scene), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
+    with mounted(cache, f"size={size}") as full:
+        done = command(words, cache, None if full else size // 10)
+        assert done.returncode == 7, done.stderr
+        (line,) = done.stderr.splitlines()
+        assert line.startswith("input/output error: ") and str(cache) in line and "try: space there, or EOMGEN_CACHE=" in line
+        assert any(word in line for word in ("No space left on device", "File too large", "File size limit exceeded"))
+        assert left_in(cache) == NOTHING_LEFT
+    assert command(words, tmp_path / "large").returncode == 0
+
+
+def test_a_read_only_cache_still_serves_what_is_in_it(tmp_path: Path) -> None:
+    scene, cache = scene_in(tmp_path), tmp_path / "cache"
+    with mounted(cache, "size=20m") as disk:
+        printed = end(building(scene, cache))
+        if disk:
+            remounted(cache, "ro")
+        else:
+            cache.chmod(0o555)
+        try:
+            assert end(building(scene, cache)) == printed  # and not a word
+            scene.write_text(scene.read_text(encoding="utf-8").replace('name = "shaken"', 'name = "stirred"'), encoding="utf-8")
+            process = building(scene, cache)
+            other, complaint = process.communicate(timeout=120)
+            assert other == printed and complaint.count("RuntimeWarning") == 1
+            assert f"the cache {cache} cannot be written (" in complaint and "Set EOMGEN_CACHE to a folder" in complaint
+            substitute = Path(complaint.partition("building in ")[2].partition(" instead")[0])
+            assert substitute.name.startswith("eomgen-cache-") and not substitute.exists()
+        finally:
+            if not disk:
+                cache.chmod(0o755)
+
+
+def test_a_disk_from_which_nothing_may_run_is_named(tmp_path: Path) -> None:
+    with mounted(tmp_path / "noexec", "size=20m", "noexec") as disk:
+        if disk:
+            with pytest.raises(ToolchainError, match=r"cannot be loaded: .*try: EOMGEN_CACHE=<a folder on a file system from"):
+                build(tmp_path / "noexec")
+        else:  # only root can make such a disk; what the loader says there is known
+            from eomgen.toolchain.cffi_build import unloadable
+
+            error = unloadable(Path("x.so"), OSError("x.so: failed to map segment from shared object"))
+            assert error.problems[0].hint.startswith("EOMGEN_CACHE=<a folder on a file system from")
+
+
+# -- broken entries ------------------------------------------------------------------------------------------------------
+
+
+def the_library(entry: Path) -> Path:
+    (found,) = (file for file in entry.iterdir() if file.name.startswith("model.") and file.suffix == ".so")
+    return found
+
+
+def rewritten(file: Path, content: bytes) -> None:
+    file.unlink()  # a library that is loaded is not to change under its users
+    file.write_bytes(content)
+
+
+def truncated(entry: Path) -> None:
+    content = the_library(entry).read_bytes()
+    rewritten(the_library(entry), content[: len(content) // 3])
+
+
+def flipped(entry: Path) -> None:
+    content = bytearray(the_library(entry).read_bytes())
+    content[len(content) // 2] ^= 0x10
+    rewritten(the_library(entry), bytes(content))
+
+
+def emptied(entry: Path) -> None:
+    rewritten(the_library(entry), b"")
+
+
+def without_manifest(entry: Path) -> None:
+    (entry / "entry.json").unlink()
+
+
+def with_an_empty_manifest(entry: Path) -> None:
+    rewritten(entry / "entry.json", b"")
+
+
+def with_a_manifest_of_zeros(entry: Path) -> None:
+    rewritten(entry / "entry.json", bytes(200))
+
+
+def a_folder_in_the_place_of_the_library(entry: Path) -> None:
+    library = the_library(entry)
+    library.unlink()
+    library.mkdir()
+
+
+def a_folder_in_the_place_of_the_manifest(entry: Path) -> None:
+    (entry / "entry.json").unlink()
+    (entry / "entry.json").mkdir()
+
+
+def a_link_to_nowhere_in_the_place_of_the_library(entry: Path) -> None:
+    library = the_library(entry)
+    library.unlink()
+    library.symlink_to(entry / "nowhere")
+
+
+def a_link_to_nowhere(entry: Path) -> None:
+    shutil.rmtree(entry)
+    entry.symlink_to(entry.parent / "nowhere")
+
+
+def a_link_to_itself(entry: Path) -> None:
+    shutil.rmtree(entry)
+    entry.symlink_to(entry)
+
+
+def a_file(entry: Path) -> None:
+    shutil.rmtree(entry)
+    entry.write_bytes(b"no folder")
+
+
+def an_empty_folder(entry: Path) -> None:
+    shutil.rmtree(entry)
+    entry.mkdir()
+
+
+DAMAGES = [
+    truncated, flipped, emptied, without_manifest, with_an_empty_manifest, with_a_manifest_of_zeros,
+    a_folder_in_the_place_of_the_library, a_folder_in_the_place_of_the_manifest, a_link_to_nowhere_in_the_place_of_the_library,
+    a_link_to_nowhere, a_link_to_itself, a_file, an_empty_folder,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_broken_entry_is_put_aside_and_built_again(damage: Callable[[Path], None], tmp_path: Path) -> None:
+    entry = build(tmp_path).folder
+    damage(entry)
+    assert value(build(tmp_path)) == 11.0
+    assert len(left_in(tmp_path)["quarantine"]) == 1
+    entry = Builder("quick", cache=Cache(tmp_path)).find(b"content").folder
+    assert the_library(entry).stat().st_size > 1000
+
+
+def test_an_entry_that_cannot_even_be_put_aside_is_removed(tmp_path: Path) -> None:
+    entry = build(tmp_path).folder
+    flipped(entry)
+    (tmp_path / "quarantine").write_bytes(b"in the way")
+    assert value(build(tmp_path)) == 11.0
+
+
+def test_entries_may_be_links_to_whole_ones(tmp_path: Path) -> None:
+    entry = build(tmp_path / "far").folder
+    near = tmp_path / "near"
+    near.mkdir()
+    (near / entry.name).symlink_to(entry)
+    library = Builder("quick", cache=Cache(near)).find(b"content")
+    assert library is not None and value(library) == 11.0 and left_in(near) == NOTHING_LEFT
+
+
+def test_a_rename_that_never_succeeds_is_an_error_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: Path, target: Path) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(cache_module.Path, "rename", refuse)
+    with pytest.raises(FileError, match="a compiled model cannot be kept: Permission denied; try: space there, or EOMGEN_CACHE"):
+        Cache(tmp_path).put("key", lambda folder: None)
+    assert left_in(tmp_path) == NOTHING_LEFT
+
+
+# -- compilers -----------------------------------------------------------------------------------------------------------
+
+
+def test_two_compilers_have_entries_of_their_own(tmp_path: Path) -> None:
+    cache = Cache(tmp_path / "cache")
+    other = script(tmp_path / "cc2", 'exec cc "$@"')
+    commands = [("cc",), ("cc", "-O1"), (str(other),), *((name,) for name in ("gcc", "clang") if shutil.which(name))]
+    folders = set()
+    for words in commands:
+        compiler = find_compiler({"PATH": os.environ["PATH"], "CC": " ".join(words)})
+        for _ in range(2):
+            library = Builder("quick", cache=cache, compiler=compiler).build(b"content", FILES, CDEF, LAYOUT)
+            assert value(library) == 11.0
+            folders.add(library.folder)
+    assert len(folders) == len(commands) >= 4
+    script(other, 'exec cc  "$@"')  # a new version of a compiler
+    compiler = find_compiler({"PATH": os.environ["PATH"], "CC": str(other)})
+    assert Builder("quick", cache=cache, compiler=compiler).find(b"content") is None
+
+
+def test_what_a_compiler_says_cannot_steer_the_terminal(tmp_path: Path) -> None:
+    source = tmp_path / "probe.c"
+    source.write_text("int probe;\n", encoding="utf-8")
+    words = r"printf '\033[31merror\033[0m: \033]0;title\007 bell\007 \b\r \342\200\256right to left\n\ttab \377\n' >&2; exit 1"
+    loud = script(tmp_path / "loud", words)
+    with pytest.raises(ToolchainError) as caught:
+        compile_object(Compiler((str(loud),), loud), source, ())
+    said = caught.value.problems[0].what.partition("said:\n")[2]
+    assert said == "error: \\x1b]0;title\\x07 bell\\x07 \\x08\n \\u202eright to left\n\ttab \ufffd\n"
+    quiet = script(tmp_path / "quiet", r"printf 'cc \033[1m9.9\033[0m\007\n'")
+    assert Compiler((str(quiet),), quiet).version == "cc 9.9\\x07"
+
+
+def test_endless_lines_of_a_compiler_are_cut(tmp_path: Path) -> None:
+    source = tmp_path / "probe.c"
+    source.write_text("int probe;\n", encoding="utf-8")
+    loud = script(tmp_path / "loud", "head -c 100000 /dev/zero | tr '\\0' x >&2; exit 1")
+    with pytest.raises(ToolchainError) as caught:
+        compile_object(Compiler((str(loud),), loud), source, ())
+    assert "x" * 400 + " ...\n" in str(caught.value) and len(str(caught.value)) < 2000

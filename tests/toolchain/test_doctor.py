@@ -1,0 +1,156 @@
+"""What the doctor prescribes, taken: the command is run in a shell, and then the item is fine."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eomgen.toolchain import doctor
+from eomgen.toolchain.compiler import find_compiler
+from eomgen.toolchain.doctor import Check, examine
+from tests.toolchain.fire import environment, mounted, script
+
+PYTHON = sys.executable
+
+
+def told(shell: str, where: dict[str, str]) -> dict[str, Check]:
+    """Return the checks of ``eomgen doctor --json`` after commands of a shell."""
+    words = ["/bin/sh", "-c", f'{shell}\n"{PYTHON}" -m eomgen doctor --json']
+    done = subprocess.run(words, env=where, capture_output=True, text=True, check=False, timeout=120)
+    assert "Traceback" not in done.stderr
+    return {item["name"]: Check(**item) for item in json.loads(done.stdout)}
+
+
+def assert_mended(name: str, where: dict[str, str], what: str, remedy: str) -> None:
+    """Assert what is found wrong with an item, what is prescribed, and that it helps."""
+    ill = told("", where)[name]
+    assert not ill.ok and re.search(what, ill.found), ill
+    assert ill.remedy == remedy
+    assert told(ill.remedy, where)[name].ok
+
+
+def test_this_machine_is_sound() -> None:
+    checks = examine()
+    assert [check.name for check in checks][:7] == [
+        "python", "temporary files", "compiler", "compiles", "Python.h", "cache", "room",
+    ]  # fmt: skip
+    assert [check for check in checks if not check.ok] == []
+    assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
+
+
+@pytest.mark.parametrize(
+    ("chosen", "what"),
+    [("no-such-cc", "no C compiler 'no-such-cc' on the path"), ("gcc 'x", "cannot be read: No closing quotation")],
+)
+def test_a_compiler_that_is_not_there(chosen: str, what: str, tmp_path: Path) -> None:
+    assert_mended("compiler", environment(tmp_path, CC=chosen), what, "unset CC")
+
+
+def test_a_compiler_that_compiles_nothing(tmp_path: Path) -> None:
+    broken = script(tmp_path / "broken", "echo no luck >&2; exit 1")
+    assert_mended("compiles", environment(tmp_path / "cache", CC=str(broken)), "no luck", "unset CC")
+
+
+def test_no_compiler_at_all(tmp_path: Path) -> None:
+    """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change machines."""
+    tools = tmp_path / "bin"
+    tools.mkdir()
+    manager = shutil.which("apt-get")
+    (tools / "apt-get").symlink_to(manager or "/bin/true")
+    where = {name: text for name, text in environment(tmp_path, PATH=str(tools)).items() if name != "CC"}
+    ill = told("", where)["compiler"]
+    install = "apt-get install -y gcc libc6-dev"
+    assert ill.found == "no C compiler found: looked for cc, gcc, clang on the path and in CC"
+    assert ill.remedy == (install if os.geteuid() == 0 else f"sudo {install}")
+    if manager is not None:
+        rehearsal = subprocess.run([*install.split(), "--simulate"], capture_output=True, text=True, check=False)
+        assert rehearsal.returncode == 0, rehearsal.stderr
+
+
+def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "the cache"
+    file.write_text("mine", encoding="utf-8")
+    where = environment(file)
+    assert_mended("cache", where, "the cache cannot be written: File exists", f"mv '{file}' '{file}'.old")
+    assert (tmp_path / "the cache.old").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_cache_on_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
+    with mounted(tmp_path / "disk", "ro") as read_only:
+        folder = tmp_path / "disk" if read_only else Path("/proc/nowhere")
+        assert_mended("cache", environment(folder), f"{folder} cannot be written", "unset EOMGEN_CACHE")
+
+
+def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "cache"
+    folder.mkdir(mode=0o500)
+    monkeypatch.setenv("EOMGEN_CACHE", str(folder))
+    monkeypatch.setattr(doctor, "refusal", lambda path: "" if path.stat().st_mode & 0o200 else "Permission denied")  # root may
+    ill = doctor._cache()
+    assert ill.remedy == f"chmod u+rwx {folder}"
+    subprocess.run(["/bin/sh", "-c", ill.remedy], check=True)
+    assert doctor._cache().ok
+
+
+def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    where = {name: text for name, text in environment(tmp_path).items() if name != "EOMGEN_CACHE"}
+    where |= {"XDG_CACHE_HOME": "/proc/nowhere", "HOME": str(tmp_path)}
+    assert_mended("cache", where, "cannot be written", 'export EOMGEN_CACHE="$HOME/eomgen-cache"')
+
+
+def test_a_cache_of_a_user_that_there_is_not() -> None:
+    assert_mended("cache", environment(Path("~no_such_user")), "'~no_such_user' cannot be found", "unset EOMGEN_CACHE")
+
+
+def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with mounted(tmp_path / "disk", "size=1m") as small:
+        if small:
+            assert_mended("room", environment(tmp_path / "disk"), "^1 MB free for the cache in ", "unset EOMGEN_CACHE")
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "not" / "yet"))
+    monkeypatch.setattr(doctor, "ROOM", 10**18)
+    assert doctor._room().found.endswith(f"MB free for the cache in {tmp_path}")
+
+
+def test_no_place_for_temporary_files(tmp_path: Path) -> None:
+    blocked = "import tempfile; tempfile._candidate_tempdir_list = lambda: ['/proc/nowhere'] if 'TMPDIR' in os.environ else ['.']"
+    (tmp_path / "sitecustomize.py").write_text(f"import os; {blocked}\n", encoding="utf-8")
+    where = environment(tmp_path / "cache", TMPDIR="/proc/nowhere")
+    where["PYTHONPATH"] = f"{tmp_path}{os.pathsep}{where['PYTHONPATH']}"
+    assert_mended("temporary files", where, "No usable temporary directory", "unset TMPDIR")
+
+
+def test_a_package_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its command is run as it stands: pip finds that nothing is missing on this machine."""
+
+    def unknown(name: str) -> str:
+        raise doctor.PackageNotFoundError(name)
+
+    monkeypatch.setattr(doctor, "version", unknown)
+    ill = doctor._package("cffi")
+    assert (ill.ok, ill.found, ill.remedy) == (False, "not installed", f"{PYTHON} -m pip install cffi")
+    done = subprocess.run(["/bin/sh", "-c", ill.remedy], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0 and "already satisfied: cffi" in done.stdout, done.stderr
+
+
+def test_a_package_whose_files_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor.importlib.util, "find_spec", lambda name: None)
+    ill = doctor._package("cffi")
+    assert not ill.ok and ill.found.endswith("is recorded, but its files are gone")
+    assert ill.remedy == f"{PYTHON} -m pip install --force-reinstall cffi"
+
+
+def test_headers_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "python_headers", lambda: None)
+    monkeypatch.setattr(doctor.sys, "base_prefix", "/usr")
+    ill = doctor._headers()
+    assert not ill.ok and not ill.needed and "ABI mode" in ill.found
+    assert ill.remedy.endswith("apt-get install -y python3-dev") or not shutil.which("apt-get")
+    monkeypatch.setattr(doctor.sys, "base_prefix", "/opt/python")
+    assert doctor._headers().remedy == "the headers of this Python, from where it was installed"
