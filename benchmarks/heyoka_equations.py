@@ -12,7 +12,7 @@ import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.symbolic.tape import Op
+from eomgen.symbolic.operations import Op
 from eomgen.system.system import System
 
 Array = NDArray[np.float64]

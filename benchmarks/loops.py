@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.compiled.model import Model
-from eomgen.integrators.stepper_data import default_settings
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepper import Stepper
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ from eomgen.scene.forces.model import Effort
 from eomgen.scene.formula.nodes import ZERO, Symbol
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
-from eomgen.scene.scene import Input, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Input
 
 Array = NDArray[np.float64]
 

@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem
 
-Array = NDArray[np.float64]
 _METADATA = "metadata"
 _CSV_ROWS = 4096
 

@@ -13,7 +13,7 @@ import eomgen
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, ready
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import from_data
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
 

@@ -12,7 +12,7 @@ import pytest
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, ready
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import from_data
 from eomgen.solvers.consistency import EPSILON
 from eomgen.system.system import System
 from tests.oracles.placed_loops import (

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from eomgen.arrays import Array
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
-
-Array = NDArray[np.float64]
 
 
 class Indefinite(NamedTuple):

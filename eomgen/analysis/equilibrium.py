@@ -8,14 +8,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.analysis.equilibrium_warnings import SAME, Places, rest_notes
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference
-from eomgen.simulation.settings import number_of
 from eomgen.solvers.damped_motion import settle
 from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine
 from eomgen.solvers.newton_path import follow_newton
@@ -23,7 +23,6 @@ from eomgen.solvers.newton_path import follow_newton
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 _ELSEWHERE = "it is not where a damped motion"
 #: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at once.
 _SLOWER = (1.0, 100.0)

@@ -6,19 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from eomgen.compiled.configuration import rotated
+from eomgen.arrays import Array
+from eomgen.compiled.coordinates import rotated
 from eomgen.compiled.terms import Inputs
-from eomgen.scene.forces.elements import Tyre
+from eomgen.scene.bodies.model import BASE, WORLD
+from eomgen.scene.forces.model import Tyre
 from eomgen.scene.formula.evaluate import evaluate
 from eomgen.scene.formula.nodes import Formula, Symbol
-from eomgen.scene.scene import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 #: The ends of a spring pass one another where their distance falls below this part of what it is at start and rest.
 _PASSED = 0.05
 #: Ways are worth a note if they are so much longer than the scene.

@@ -8,24 +8,24 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from eomgen.compiled.arguments import check_finite, check_name, components
+from eomgen.analysis.terms import terms_needed
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_finite, check_name, components, number_of
 from eomgen.compiled.coordinates import component_names, joint_factors
 from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.state import State as RunState
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
-from eomgen.results import dense_output as dense
 from eomgen.scene.disturbances import disturbance_names, driven_inputs
-from eomgen.simulation.settings import number_of
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 #: How far constraints may be off in a state that is given, in their own units.
 MET = 1e-6
 #: How blocks of the terms are called in ``Partials``; others have the same name there.
@@ -78,21 +78,6 @@ class Setting:
         return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
 
 
-def terms_needed(model: Model) -> list[str]:
-    """Return the terms from which linear models and the states they are about are made."""
-    terms = ["mass", "residual", "partials", "linearization", "poses"]
-    if model.multipliers:
-        terms += ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
-        terms += ["velocity_partials", "acceleration_partials"]
-    if model.scene.coordinates == "absolute":
-        terms += ["joint_velocities"]
-    if not model.multipliers:
-        terms += ["forward_dynamics"]
-    if model.nz:
-        terms += ["internal_rate", "internal_partials"]
-    return terms + (["output_partials"] if model.library.layout["outputs"] else [])
-
-
 def linearize(
     model: Model, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
     base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
@@ -119,7 +104,7 @@ def linearize(
     return about(able, state, setting, independent)
 
 
-def about_motion(model: Model, state: dense.State, u: Array | None, p: Array) -> Linearization:
+def about_motion(model: Model, state: RunState, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
     able, t = model.having(terms_needed(model)), float(state.t)
     q, v = state.q, state.v

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, numbers
 from eomgen.compiled.coordinates import elastic_amplitudes
 from eomgen.compiled.terms import Inputs
@@ -18,7 +19,6 @@ from eomgen.lie.product import update
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 #: A column of partials below this part of the largest is zero.
 _NOTHING = 1e-12

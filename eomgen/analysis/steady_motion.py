@@ -22,19 +22,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.analysis.definiteness import beyond_order, indefinite_mass
 from eomgen.analysis.equilibrium_warnings import Places
-from eomgen.analysis.linearize import terms_needed
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
 from eomgen.analysis.symmetries import Fields, constant, symmetries
+from eomgen.analysis.terms import terms_needed
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
-from eomgen.simulation.settings import number_of
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 MAX_STEPS = 100
 LARGEST_TURN = 0.5

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from eomgen.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import bracket_matrix
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from eomgen.analysis.steady_conditions import Conditions
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 #: Singular values below this part of the largest are zero.
 _NOTHING = 1e-8
 #: Of more travels than these no turns among one another are looked for.

@@ -12,7 +12,7 @@ from eomgen.cli.printing import building, counted, print_json, print_table, say
 from eomgen.errors import NumericalError
 
 if TYPE_CHECKING:
-    from eomgen.studies.verification.report import CheckReport, FormReport
+    from eomgen.studies import CheckReport, FormReport
 
 
 #: Functions with corners that are named, of many.
@@ -47,7 +47,7 @@ def check(
     """
     from eomgen.pipeline.pipeline import load  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies import check as checked  # noqa: PLC0415
-    from eomgen.studies.verification.report_files import make  # noqa: PLC0415
+    from eomgen.studies.verification.report import make  # noqa: PLC0415
 
     if folder is not None:
         make(Path(folder))

@@ -12,7 +12,7 @@ from eomgen.scene.units.labels import in_label
 from eomgen.scene.units.parser import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.scene.scene import Input, Parameter, State
+    from eomgen.scene.signals.model import Input, Parameter, State
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

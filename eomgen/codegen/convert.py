@@ -15,7 +15,7 @@ from eomgen.codegen.targets.c.naming import check_identifier, check_prefix, mang
 from eomgen.errors import ModelError
 from eomgen.integrators.families.taylor import MAX_ORDER, TAYLOR
 from eomgen.integrators.step_splitting import jump_data
-from eomgen.integrators.stepper_data import SERIES_FAMILIES
+from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 

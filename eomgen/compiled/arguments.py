@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import FactorLike
 from eomgen.scene.units.labels import in_label
 from eomgen.text import nearest, shown
-
-Array = NDArray[np.float64]
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6
@@ -110,3 +110,16 @@ def by_name(
     for index, array in given.items():
         result[..., index] = array
     return result
+
+
+def number_of(name: str, value: object, kind: str = "number of seconds") -> float:
+    """Return a finite number. Raises UsageError."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}"))
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise UsageError(Problem(name, f"{name} is {number}, not a finite number"))
+    return number

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_name, components
-from eomgen.compiled.configuration import rotated
+from eomgen.compiled.coordinates import rotated
 from eomgen.compiled.terms import Parameters, Terms
 from eomgen.errors import Problem, UsageError
-
-Array = NDArray[np.float64]
 
 
 class PointMotion(NamedTuple):

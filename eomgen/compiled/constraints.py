@@ -7,20 +7,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.compiled.functions import Functions
-from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.consistency import Assembly, Constrained, assemble, split_sizes
+from eomgen.errors import NumericalError, Problem
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    pass
 
-Array = NDArray[np.float64]
 NEEDED = ("mass", "residual", "constraint_jacobian", "constraint_bias")
 
 
@@ -57,45 +54,3 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
         what = "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia resists"
         raise NumericalError(Problem("constraints", what, "a state next to it")) from None
     return solution[..., :nv], solution[..., nv:]
-
-
-def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
-    """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
-
-    Raises
-    ------
-    ModelError
-        The constraints contradict each other there; names the rows.
-    UsageError
-        The model was built without the terms that constraints need.
-    """
-    needed = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
-    able = model.having(needed)
-    missing = [name for name in needed if name not in able.functions]
-    if missing:
-        raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
-
-    def at(name: str, **state: Array | float) -> Array:
-        return next(iter(able.evaluate(name, t=t, parameters=parameters, **state).values()))
-
-    holonomic = model.functions.sizes["holonomic"]
-
-    def sizes(q: Array, _: float) -> tuple[Array, Array]:
-        found = able.evaluate("constraint_size", q, t=t, parameters=parameters)
-        return split_sizes(np.concatenate(list(found.values())))
-
-    equations = Constrained(
-        factors=model.factors,
-        names=model.multipliers,
-        units=model.library.layout["row_units"],
-        angular=np.array([unit == "rad/s" for unit in model.v_units]),
-        holonomic=holonomic,
-        constraint=lambda q, _: at("constraint", q=q) if holonomic else np.zeros(0),
-        velocity=lambda q, v, _: at("constraint_velocity", q=q, v=v),
-        jacobian=lambda q, _: at("constraint_jacobian", q=q),
-        mass=lambda q: able.mass(q, parameters=parameters),
-        sizes=sizes,
-    )
-    found = assemble(equations, q, v, t)
-    deviations = (*found.deviations, *model._check_left_out(found.q, found.v, t, parameters))
-    return replace(found, q=model._terms.followed(found.q, t, parameters), deviations=deviations)

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.toolchain.library import Library
-
-Array = NDArray[np.float64]
-
 
 #: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references follow.
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")

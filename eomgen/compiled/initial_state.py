@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 _BLOCKS = ("q", "v", "z")
 
 

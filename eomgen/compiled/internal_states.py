@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.compiled.terms import Inputs, Parameters, States, Terms
-
-Array = NDArray[np.float64]
 
 
 class InternalPartials(NamedTuple):

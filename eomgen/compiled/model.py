@@ -4,38 +4,32 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import components, numbers, read_only
 from eomgen.compiled.bodies import Bodies
-from eomgen.compiled.configuration import configuration_rate, with_unit_quaternions
-from eomgen.compiled.constraints import consistent
-from eomgen.compiled.coordinates import coordinate_names, coordinate_units
-from eomgen.compiled.derivatives import check_derivatives
+from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
 from eomgen.compiled.internal_states import InternalStates
 from eomgen.compiled.prescribed import Prescribed
 from eomgen.compiled.rates import Rates
 from eomgen.compiled.requirements import Requirements
-from eomgen.compiled.terms import Inputs, Parameters, States, Terms
+from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_derivatives
+from eomgen.errors import UsageError
 from eomgen.model import Runs
 from eomgen.scene.scene import Scene
-from eomgen.solvers.consistency import check_left_out
+from eomgen.solvers.consistency import Assembly, Constrained, assemble, check_left_out, split_sizes
 from eomgen.toolchain.library import Library
-
-if TYPE_CHECKING:
-    from eomgen.solvers.consistency import Assembly, Constrained
-
-Array = NDArray[np.float64]
 
 #: What the function ``energy`` gives, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
-
 
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
@@ -348,3 +342,45 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
 
     def _one(self, term: str, **given: Any) -> Array:
         return self._terms.call(term, **given)[0]
+
+
+def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
+    """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
+
+    Raises
+    ------
+    ModelError
+        The constraints contradict each other there; names the rows.
+    UsageError
+        The model was built without the terms that constraints need.
+    """
+    needed = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+    able = model.having(needed)
+    missing = [name for name in needed if name not in able.functions]
+    if missing:
+        raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
+
+    def at(name: str, **state: Array | float) -> Array:
+        return next(iter(able.evaluate(name, t=t, parameters=parameters, **state).values()))
+
+    holonomic = model.functions.sizes["holonomic"]
+
+    def sizes(q: Array, _: float) -> tuple[Array, Array]:
+        found = able.evaluate("constraint_size", q, t=t, parameters=parameters)
+        return split_sizes(np.concatenate(list(found.values())))
+
+    equations = Constrained(
+        factors=model.factors,
+        names=model.multipliers,
+        units=model.library.layout["row_units"],
+        angular=np.array([unit == "rad/s" for unit in model.v_units]),
+        holonomic=holonomic,
+        constraint=lambda q, _: at("constraint", q=q) if holonomic else np.zeros(0),
+        velocity=lambda q, v, _: at("constraint_velocity", q=q, v=v),
+        jacobian=lambda q, _: at("constraint_jacobian", q=q),
+        mass=lambda q: able.mass(q, parameters=parameters),
+        sizes=sizes,
+    )
+    found = assemble(equations, q, v, t)
+    deviations = (*found.deviations, *model._check_left_out(found.q, found.v, t, parameters))
+    return replace(found, q=model._terms.followed(found.q, t, parameters), deviations=deviations)

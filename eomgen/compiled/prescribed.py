@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import Parameters, Terms
 from eomgen.errors import UsageError
-from eomgen.simulation.time_grid import jumps_per_second
 from eomgen.toolchain.library import Library
 
-Array = NDArray[np.float64]
 #: More discontinuities than these are no list that anyone can use.
 _MOST_TIMES = 10_000_000
 
@@ -86,3 +86,9 @@ class Prescribed:
             (float(item["time"]), float(item["period"]))
             for item in self.library.layout["discontinuities"] if item["order"] <= order
         ]  # fmt: skip
+
+
+def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:
+    """Return how often something jumps, 1/s; each wave is one of its times and its period, s."""
+    phases = {(round(time % period / period, 9) % 1.0, period) for time, period in waves}
+    return sum(1.0 / period for _, period in phases)

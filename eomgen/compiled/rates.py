@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.terms import Inputs, Parameters, States, Terms
-
-Array = NDArray[np.float64]
 
 
 class Rates:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.scene.formula.nodes import Formula
@@ -14,7 +15,6 @@ from eomgen.scene.reading.requirements import Requirement
 from eomgen.scene.reading.values import OTHER_VALUES
 from eomgen.scene.scene import Scene
 
-Array = NDArray[np.float64]
 #: Sets of parameters that are checked at once: as many as caches hold.
 _BATCH = 8192
 #: So many parameters are listed in a message.

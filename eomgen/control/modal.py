@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from eomgen.control.plant import Array, Complex, Plant
+from eomgen.arrays import Array
+from eomgen.control.plant import Complex, Plant
 from eomgen.errors import ModelError, UsageError
 
 _ASYMMETRY = 1e-8

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import place_poles
 
-from eomgen.control.plant import Array, Complex, Plant, first_order
+from eomgen.arrays import Array
+from eomgen.control.plant import Complex, Plant, first_order
 from eomgen.control.stabilisability import check_controllable
 from eomgen.errors import NumericalError, UsageError
 

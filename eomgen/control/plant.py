@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky, solve_triangular
 
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
-from eomgen.control.plant import Array, Complex, Plant, first_order
+from eomgen.arrays import Array
+from eomgen.control.plant import Complex, Plant, first_order
 from eomgen.control.stabilisability import check_detectable, check_stabilisable
 from eomgen.control.weights import Weights
 from eomgen.errors import NumericalError, UsageError

@@ -12,7 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.control.plant import Array, Complex, Plant, first_order
+from eomgen.arrays import Array
+from eomgen.control.plant import Complex, Plant, first_order
 from eomgen.errors import ModelError
 
 #: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is known

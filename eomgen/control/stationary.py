@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov
 
-from eomgen.control.plant import Array, Plant, real_matrix
+from eomgen.arrays import Array
+from eomgen.control.plant import Plant, real_matrix
 from eomgen.errors import ModelError
 
 REFERENCE_WAVENUMBER = 0.1  # cycle/m

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.control.plant import Array, Plant, real_matrix
+from eomgen.arrays import Array
+from eomgen.control.plant import Plant, real_matrix
 from eomgen.errors import UsageError
 
 _ASYMMETRY = 1e-9

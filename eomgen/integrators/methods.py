@@ -5,13 +5,33 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
-from eomgen.integrators.families.generalized_alpha import INDEX_3, RUNGE_KUTTA_MUNTHE_KAAS_4, STABILISED, GeneralizedAlpha, Method
+from eomgen.integrators.families.family import FactsLike
+from eomgen.integrators.families.generalized_alpha import INDEX_3, STABILISED, GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.text import nearest, shown
+
+Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor | Hermite
+
+
+def check_needs(method: Method, facts: FactsLike) -> None:
+    """Raise ModelError naming every need of the method that the system does not meet."""
+    problems = [
+        Problem(
+            "method",
+            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason}",
+            need.alternative,
+        )
+        for need in method.needs
+        if bool(getattr(facts, need.fact)) is not need.value
+    ]
+    if problems:
+        raise ModelError(problems)
+
 
 #: Generalized-alpha by name: the form that keeps constraints, and how an increment is put on the group.
 _GENERALIZED_ALPHA: Mapping[str, dict[str, Any]] = {
@@ -24,7 +44,6 @@ _GENERALIZED_ALPHA: Mapping[str, dict[str, Any]] = {
     "generalized_alpha_index3_f2": {"form": "index3", "variant": "F2"},
     "generalized_alpha_index3_spatial": {"form": "index3", "variant": "spatial"},
 }
-
 #: Its named cases, and the parameters that each takes.
 _CASES: Mapping[str, tuple[str, ...]] = {
     "hht": ("alpha", "rho_inf"),
@@ -38,10 +57,8 @@ _MAKERS: Mapping[str, Callable[..., Coefficients]] = {"hht": hht, "wbz": wbz, "n
 _INDEX_3 = "_index3"
 #: All parameters that some method takes.
 PARAMETERS = ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")
-
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 _KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
-
 #: Every name, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
     **{name: name for name in _GENERALIZED_ALPHA},

@@ -6,9 +6,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra as ScalarAlgebra
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import Op, Tape
+from eomgen.symbolic.tape import Tape
 
 #: A NumPy array of any batch shape (real or complex) or a Scalar of a tape; a plain float where it is constant.
 Value = Any

@@ -9,8 +9,9 @@ from typing import Any
 
 from eomgen.lie.algebra import TapeAlgebra, Value
 from eomgen.lie.groups import Group
+from eomgen.symbolic.operations import LEAVES
 from eomgen.symbolic.scalar import Scalar, dot
-from eomgen.symbolic.tape import LEAVES, Ref, Tape
+from eomgen.symbolic.tape import Ref, Tape
 
 #: Operations in one statement.
 _NESTED = 10

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import FactorLike, bracket_matrix
 from eomgen.linear.partials import Partials
 
-Array = NDArray[np.float64]
 #: A pivot below this part of the largest says that rows depend on each other.
 DEPENDENT = 1e-9
 

@@ -15,13 +15,13 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -14,7 +14,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from eomgen.arrays import Array
+
 Complex = NDArray[np.complex128]
 #: Rounding errors are this many times the bound's unit.
 _MARGIN = 16.0

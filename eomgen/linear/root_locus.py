@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from eomgen.arrays import Array
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.linearization import Linearization
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

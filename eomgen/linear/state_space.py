@@ -13,11 +13,11 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.partials import Partials
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

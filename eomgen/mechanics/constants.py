@@ -7,10 +7,10 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.shape_functions.shape_integrals import Array, ShapeIntegrals
-from eomgen.mechanics.tree.beam_assembly import deformations
-from eomgen.mechanics.tree.beam_body import ElasticBody
+from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
+from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.formula.nodes import Formula

@@ -13,16 +13,15 @@ from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constrain
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
 from eomgen.mechanics.dynamics.energy import energies
-from eomgen.mechanics.dynamics.partials import inertial_partials
-from eomgen.mechanics.dynamics.tape_partials import differentiated_partials
+from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.expressions.formulas import record, symbols
 from eomgen.mechanics.forces.applied import applied_loads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.bodies import accelerations, poses, twists
+from eomgen.mechanics.forces.tyres import OFFERED
+from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.jacobians import body_jacobians
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.terms.forward_dynamics import forward_dynamics
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
@@ -35,8 +34,9 @@ from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Tape
 from eomgen.system.system import Block
 
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
@@ -67,7 +67,8 @@ class Derivation:
         self.base = resting_base(self.algebra, gravity) if self.absolute else prescribed
         self.motion = self.base.motion()
         self.kinematics = Kinematics(self.tree, self.base, prescribed if self.absolute else None)
-        self.quantities: Quantities = (AbsoluteQuantities if self.absolute else Quantities)(scene, self.tree, self.kinematics)
+        made = AbsoluteQuantities if self.absolute else Quantities
+        self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
         self.constraints = self._constraint_calculus(prescribed.moving)
         self.quantities.energies = self._energies_without_formulas()
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)

@@ -10,7 +10,7 @@ from eomgen.mechanics.constraints.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
 from eomgen.mechanics.extent import extent
-from eomgen.mechanics.forces.inputs import input_signal
+from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
@@ -18,7 +18,8 @@ from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS, rate_blocks
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.tape import InputSymbol, Op, Tape
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 
 #: All terms, with the input blocks each may depend on and what it is.

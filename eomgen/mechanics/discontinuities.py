@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from eomgen.scene.formula.discontinuities import Corner, corners, reaches
 from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.formulas_of_forces import formulas_of_forces
-from eomgen.scene.scene import Scene
+from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.system.system import Discontinuity, Validity
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import chain
 
+from eomgen.scene.bodies.model import BASE
 from eomgen.scene.formula.nodes import Formula, Number
-from eomgen.scene.joints.model import ANGLES
-from eomgen.scene.scene import BASE, Scene
+from eomgen.scene.joint_types import ANGLES
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op
 
 
 def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]) -> tuple[Scalar, Scalar]:

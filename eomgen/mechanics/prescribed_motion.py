@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import DescriptionError, Problem
 from eomgen.mechanics.expressions.formulas import record
 from eomgen.scene.formula.discontinuities import corners
@@ -26,8 +26,6 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
-
-Array = NDArray[np.float64]
 
 #: Times of the grid.
 _GRID = 1025

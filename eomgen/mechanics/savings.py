@@ -8,9 +8,12 @@ from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree.beam_links import attached_along
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.evaluate import symbols
 from eomgen.scene.formula.nodes import Number, Symbol
-from eomgen.scene.scene import Base, Body, Parameter, Rotation, Scene
+from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Parameter
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.control.placement import place
 from eomgen.control.plant import Plant
@@ -23,13 +23,13 @@ from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, Us
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.formula.nodes import Operation, Symbol
-from eomgen.scene.scene import Input, Output, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Input, Output
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
     from eomgen.linear.linearization import Linearization
 
-Array = NDArray[np.float64]
 #: Calibrated numbers are kept to so many digits: what is beyond depends on the machine.
 _DIGITS = 12
 #: Feedback that signals cannot give, as a share of all of it, above which they are said to miss something.

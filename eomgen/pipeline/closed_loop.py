@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.control.modal import ModalFeedback
 from eomgen.control.plant import Plant
 from eomgen.errors import ModelError
 from eomgen.linear.modes import modes
 
-Array = NDArray[np.float64]
 #: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.
 _MISSED = 1e-6
 #: Distance of an eigenvalue from where it is wanted, as a share of its size, that is told.

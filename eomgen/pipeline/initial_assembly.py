@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError
 from eomgen.solvers.consistency import (
     Constrained,
@@ -20,12 +20,10 @@ from eomgen.solvers.consistency import (
     split_sizes,
 )
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import InputSymbol
+from eomgen.symbolic.operations import InputSymbol
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
-
-Array = NDArray[np.float64]
 
 #: What is needed to find a consistent state, and the rows that say nothing new.
 NEEDED = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")

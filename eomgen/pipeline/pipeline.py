@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
+from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from eomgen.codegen.program import Program
     from eomgen.compiled.model import Model
-    from eomgen.integrators.families.generalized_alpha import Method
+    from eomgen.integrators.methods import Method
     from eomgen.solvers.consistency import Constrained
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
@@ -122,7 +123,8 @@ def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None =
     ------
     ModelError, FileError
     """
-    from eomgen.codegen.targets.c.target import generate_files, write_folder  # noqa: PLC0415
+    from eomgen.codegen.folder import write_folder  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import generate_files  # noqa: PLC0415
 
     scene = as_scene(scene)
     program = _program(scene, terms, method)[0]
@@ -256,8 +258,6 @@ def _given_scene(
             raise UsageError(Problem("coordinates", what, "the path or the mapping that it was read from"))
         return scene
     if isinstance(scene, Mapping):
-        from eomgen.scene.document.assemble import from_data  # noqa: PLC0415  # pydantic comes with it
-
         return from_data(scene, coordinates=coordinates)
     kind = type(scene).__name__
     if kind == "SceneBuilder":

@@ -16,15 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
-from eomgen.scene.scene import BASE, WORLD
+from eomgen.scene.bodies.model import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.results.solution import Solution
-
-Array = NDArray[np.float64]
 
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000

@@ -15,24 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve
 
-Array = NDArray[np.float64]
 Index = NDArray[np.integer[Any]]
 _BATCH = 4096
-
-
-class State(NamedTuple):
-    """Time (...), configuration (..., nq), velocity and acceleration (..., nv), internal states (..., nz)."""
-
-    t: Array
-    q: Array
-    v: Array
-    a: Array
-    z: Array
 
 
 class Rows(NamedTuple):

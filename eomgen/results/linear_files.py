@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.files import write_arrays, write_table
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.modes import Modes
 from eomgen.linear.root_locus import RootLocus
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem
 from eomgen.linear.modes import Modes
 from eomgen.linear.root_locus import RootLocus
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 #: Modes and coordinates in one figure: more of them cannot be told apart.
 _MODES, _COORDINATES = 12, 14

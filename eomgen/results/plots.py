@@ -10,14 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem
 
 if TYPE_CHECKING:
     from eomgen.results.solution import Solution
-
-Array = NDArray[np.float64]
 
 #: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000

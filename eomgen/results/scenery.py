@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import NumericalError, Problem
 from eomgen.results.solids import equivalent_solid
-from eomgen.results.solution import Seen
+from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.formula.evaluate import evaluate
 from eomgen.scene.formula.nodes import Formula, Number, Symbol
-from eomgen.scene.scene import BASE, WORLD, Scene
+from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
+
+class Seen(NamedTuple):
+    """What a picture of a run needs: pose of each body (nt, 7), and what ``scenery.scenery`` says of the scene."""
+
+    poses: Mapping[str, Array]
+    scenery: Mapping[str, Any]
+
 
 #: Joints that are drawn as a pin along their axis, and those with a rail.
 _TURNING, _SLIDING = ("revolute", "cylindrical", "helical"), ("prismatic", "cylindrical", "helical")
-
 #: Rows that are evaluated at once.
 BATCH = 8192
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from eomgen.arrays import Array
 
 #: Principal moments that differ by less than this part of the largest are drawn as equal.
 EQUAL = 1e-3

@@ -6,29 +6,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.coordinates import component_names
+from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays, write_table
-from eomgen.results.dense_output import Between, Rows, State, largest_errors, state_at
-from eomgen.simulation.settings import number_of
+from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
+from eomgen.results.scenery import Seen
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
-
-Array = NDArray[np.float64]
-
-
-class Seen(NamedTuple):
-    """What a picture of a run needs: pose of each body (nt, 7), and what ``scenery.scenery`` says of the scene."""
-
-    poses: Mapping[str, Array]
-    scenery: Mapping[str, Any]
 
 
 @checked_calls('eomgen.Solution.load("run.npz"), or what model.simulate returns')

@@ -1,19 +1,18 @@
-"""Scenes from files: one door for TOML and URDF."""
+"""Scenes from files, TOML and URDF, and from data of the same form."""
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from eomgen.errors import DescriptionError, FileError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
+from eomgen.scene.reading.part import Part
+from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
+from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.toml import toml_data
 from eomgen.text import shown
-
-LARGEST_FILE = 10_000_000
-_TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 
 
 def load(
@@ -66,40 +65,8 @@ def load(
     text, file = read_text(path), shown_file(path)
     if kind == ".toml":
         return load_toml(text, file=file, coordinates=coordinates, folder=path.parent)
-    from eomgen.scene.sources.urdf.conversion import load_urdf  # noqa: PLC0415 - imported only where it is needed
-
     asked: dict[str, Any] = {"lock": lock, "limits": limits, "friction": friction}
     return load_urdf(text, file=file, strict=strict, root=root, coordinates=coordinates, **asked)
-
-
-def shown_file(path: Path) -> str:
-    """Return a file's name for messages, escaped where it could upset a terminal."""
-    return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a UTF-8 file, with or without a byte order mark.
-
-    Raises
-    ------
-    FileError, DescriptionError
-    """
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", "another path")) from None
-    if len(data) > LARGEST_FILE:
-        raise FileError(
-            Problem(shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description")
-        )
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
-        raise DescriptionError(problem) from None
 
 
 def load_toml(
@@ -117,29 +84,85 @@ def load_toml(
     ------
     DescriptionError
     """
-    from eomgen.scene.document.assemble import from_data  # noqa: PLC0415 - pydantic is slow to import
-
     data, lines = toml_data(text, file)
     return from_data(data, file=file, lines=lines, coordinates=coordinates, folder=folder)
 
 
-def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
-    """Return what a TOML text holds, and the line of each dotted key.
+def load_urdf(
+    text: str,
+    *,
+    file: str = "robot.urdf",
+    strict: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+) -> Scene:
+    """Read a scene from the text of a URDF file; see ``load``.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
+    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # pydantic is slow to import
+
+    if root not in ("fixed", "free"):
+        raise UsageError(f"root is {shown(root)}", "fixed or free")
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits, friction=friction)
+    return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
+
+
+def from_data(
+    data: Mapping[str, Any],
+    *,
+    file: str = "scene",
+    lines: Mapping[str, int | str] | None = None,
+    problems: Sequence[Problem] = (),
+    notes: Sequence[str] = (),
+    metadata: Mapping[str, Any] | None = None,
+    inertias_checked: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    folder: Path | None = None,
+) -> Scene:
+    """Check nested data, in the form of a scene file, and return the scene.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    file, lines : str, mapping
+        Where the data came from, for messages: the line of each dotted key, or ``file:line``.
+    problems : sequence of Problem
+        Found before, to be reported together with what is found here.
+    notes, metadata
+        Handed on to the scene.
+    inertias_checked : bool
+        True where whoever made the data has judged the inertias already.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of what the data say.
+    folder : Path, optional
+        Where the paths of tables start; the current folder by default.
 
     Raises
     ------
     DescriptionError
+        With every problem that could be found.
     """
-    from eomgen.scene.sources.toml import line_index  # noqa: PLC0415 - for TOML only
+    from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # pydantic is slow to import
 
-    try:
-        return tomllib.loads(text), line_index(text)
-    except ValueError as error:
-        message = str(error)
-        place = _TOML_PLACE.search(message)
-        where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
-        what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
-        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", "TOML syntax: key = value, texts in quotes")
-        raise DescriptionError(problem) from None
-    except RecursionError:
-        raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+    report = Report(file, lines or {})
+    report.found += [(0, problem) for problem in problems]
+    if not data and not report.found:
+        report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
+        report.raise_problems()
+    part = Part(dict(data), {})
+    if "include" in data:
+        from eomgen.scene.sources.include import with_included  # noqa: PLC0415  # most scenes have none
+
+        part = with_included(data, report, folder or Path())
+        report.lines = part.lines
+    return assemble(
+        part, report, notes=notes, metadata=metadata or {}, inertias_checked=inertias_checked, coordinates=coordinates,
+        folder=folder or Path(),
+    )  # fmt: skip

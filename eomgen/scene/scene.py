@@ -7,137 +7,21 @@ Frames: the *world* is inertial; the *base* is the frame that carries the tree a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_calls, unknown_attribute
-from eomgen.scene.bodies.beam import Beam
-from eomgen.scene.control.model import StateFeedback
-from eomgen.scene.forces.elements import Bushing, Tyre
-from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
-from eomgen.scene.formula.nodes import ZERO_VECTOR, Formula, Number, Symbol, Vector
+from eomgen.scene.bodies.model import Base, Body, Point
+from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.scene.forces.model import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
+from eomgen.scene.formula.nodes import Formula, Number
 from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.requirements import Requirement
-
-BASE = "base"
-WORLD = "world"
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A named number. Tunable ones are arguments of every call; the others are folded into the code."""
-
-    name: str
-    value: float
-    tunable: bool = False
-    unit: str = ""
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Input:
-    """A named input u_k; what the driver hands in unless told otherwise is a formula plus a sum of harmonics.
-
-    Attributes
-    ----------
-    formula : formula of t and parameters, or None
-    harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
-    """
-
-    name: str
-    formula: Formula | None = None
-    unit: str = ""
-    description: str = ""
-    harmonics: tuple[tuple[float, float, float], ...] = ()
-
-    @property
-    def given(self) -> bool:
-        """Whether the scene itself says what the input is."""
-        return self.formula is not None or bool(self.harmonics)
-
-
-@dataclass(frozen=True)
-class State:
-    """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on."""
-
-    name: str
-    rate: Formula
-    initial: float = 0.0
-    unit: str = ""
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Controller:
-    """What a controller gives, by its name: a formula of its states and of its signal."""
-
-    name: str
-    output: Formula
-    unit: str = ""
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """Rotation by ``angle`` about a unit ``axis``; lists of these are intrinsic, in order."""
-
-    axis: tuple[float, float, float]
-    angle: Formula
-
-
-@dataclass(frozen=True)
-class Base:
-    """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters."""
-
-    position: Vector = ZERO_VECTOR
-    rotations: tuple[Rotation, ...] = ()
-
-
-@dataclass(frozen=True)
-class Body:
-    """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
-
-    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is rigid.
-    """
-
-    name: str
-    mass: Formula
-    center_of_mass: Vector
-    inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
-    beam: Beam | None = None
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
-
-    name: str
-    body: str
-    position: Vector
-
-
-@dataclass(frozen=True)
-class Output:
-    """A named output: ``values`` are formulas of everything (positions, accelerations and energies included).
-
-    Named energies are the symbols of kind ``energy`` names: see ``kind`` "energy" with name kinetic, potential, total,
-    base_power or power.
-    """
-
-    name: str
-    values: tuple[Formula, ...]
-    unit: str = ""
-    description: str = ""
-
-    @property
-    def quantity(self) -> str:
-        """``position``, ``velocity`` or ``acceleration`` where the values are nothing but that, else empty."""
-        kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
-        kind = kinds.pop() if len(kinds) == 1 else ""
-        return kind if kind in ("position", "velocity", "acceleration") else ""
+from eomgen.scene.signals.model import Input, Output, Parameter, State
 
 
 @dataclass(frozen=True)
@@ -219,3 +103,20 @@ class Scene:
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
+
+
+def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
+    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
+    if scene.base is not None:
+        yield from ((formula, 2) for formula in scene.base.position)
+        yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
+    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
+    yield from ((spring.force, 0) for spring in scene.springs)
+    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
+    yield from ((effort.effort, 0) for effort in scene.efforts)
+    yield from ((state.rate, 0) for state in scene.states)
+    yield from ((controller.output, 0) for controller in scene.controllers)
+    for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
+        yield tyre.road, 1
+        if tyre.road_rate is not None:
+            yield tyre.road_rate, 0

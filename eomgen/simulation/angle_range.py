@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
+from eomgen.arrays import Array
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.evaluate import evaluate
 from eomgen.scene.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.scene.formulas_of_forces import formulas_of_forces
-from eomgen.scene.scene import Scene
+from eomgen.scene.scene import Scene, formulas_of_forces
 
-Array = NDArray[np.float64]
 Values = Mapping[tuple[str, str, int], float]
 #: Why there is no value, and what to try.
 REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"

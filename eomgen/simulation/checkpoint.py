@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
+from eomgen.arrays import Array
 from eomgen.errors import FileError, ModelError, Problem
 from eomgen.files import read_arrays, write_arrays
 from eomgen.simulation.stepper import Stepper
 from eomgen.toolchain.library import Library
 
-Array = NDArray[np.float64]
 FORMAT = 1
 _KIND = "checkpoint"
 #: Seconds of computing between two checkpoints where the caller does not say how many steps.

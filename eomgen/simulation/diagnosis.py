@@ -7,13 +7,18 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha, Method
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.methods import Method
 from eomgen.lie import product
+from eomgen.scene.formula.discontinuities import applications
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Symbol
+from eomgen.scene.formula.piecewise import EDGE, Curve
+from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
-from eomgen.simulation.curve_range import left_curves
 from eomgen.simulation.energy_balance import SAID, Balance
 from eomgen.simulation.growth import Growth
 from eomgen.simulation.open_constraints import FAILED, Opened
@@ -22,13 +27,10 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import Model
     from eomgen.simulation.inputs import InputSignals
 
-Array = NDArray[np.float64]
-
 #: Part of the multipliers that rounding may make.
 ROUNDED = 0.01
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
-
 _ORDER = (
     ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
     ("force", "Q (the generalized force)"), ("internal_rate", "zdot (the rates of the internal states)"),
@@ -205,3 +207,33 @@ def advice(status_text: str, settings: Mapping[str, float]) -> str:
     if "converge" in status_text:
         return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller
     return "the settings and inputs of the run"
+
+
+def left_curves(scene: Scene, values: Mapping[tuple[str, str, int], float]) -> str:
+    """Return which curves are asked beyond their points, and where; empty where none is known to be.
+
+    ``values`` are numbers by kind, name and index of a symbol; arguments that need others are left out.
+    """
+
+    def value_of(symbol: Symbol) -> float:
+        try:
+            return values[symbol.kind, symbol.name, symbol.index]
+        except KeyError:
+            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
+
+    found: dict[str, str] = {}
+    formulas = [item.formula for item in scene.inputs if item.formula is not None]
+    for formula in (*formulas, *(formula for formula, _ in formulas_of_forces(scene))):
+        for used in applications(formula):
+            curve = used.curve
+            if not isinstance(curve, Curve) or curve.outside != "error":
+                continue
+            try:
+                at = evaluate(used.argument, value_of)
+            except ArithmeticError:
+                continue
+            margin = EDGE * (curve.end - curve.start)
+            if not curve.start - margin <= at <= curve.end + margin:
+                points = f"has points from {curve.start:.9g} to {curve.end:.9g}"
+                found.setdefault(curve.name, f"{curve.name} {points} and is asked at {at:.9g}")
+    return " and ".join(found.values())

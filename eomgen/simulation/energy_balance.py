@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from eomgen.arrays import Array
 
 #: Share of the energies at work beyond which a run says that its balance is off.
 SAID = 0.01

@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import WINDOW, Stepper, Trajectory
 from eomgen.toolchain.library import Library
 
-Array = NDArray[np.float64]
 Components = NDArray[np.intp]
 
 #: Growth from one window to the next, and from the middle window to the last one, from which on it is looked into.

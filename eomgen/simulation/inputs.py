@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.stepper_data import SERIES_FAMILIES
+from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.toolchain.library import Library
 
-Array = NDArray[np.float64]
 Function = Callable[[float], float]
 Signal = ArrayLike | Function
 CheckedSignal = float | Array | Function

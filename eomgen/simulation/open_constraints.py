@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from eomgen.arrays import Array
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
-
-Array = NDArray[np.float64]
 
 #: Parts of the machine, or rad, by which a constraint may be off: beyond the first it is said, beyond the second it failed.
 SAID, FAILED = 1e-6, 1e-3

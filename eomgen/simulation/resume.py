@@ -8,25 +8,23 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.calls import checked_call
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import Model
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
-from eomgen.integrators.stepper_data import default_settings
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
 from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.preparation import check_memory, check_span, stepper_library
 from eomgen.simulation.run import SCENE_START, Run, keeper_of
-from eomgen.simulation.settings import number_of
+from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Progress, Stepper, run_chunks
 from eomgen.simulation.time_grid import time_grid
-
-Array = NDArray[np.float64]
 
 
 @checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")

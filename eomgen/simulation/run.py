@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha, Method
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.taylor import Taylor
+from eomgen.integrators.methods import Method
 from eomgen.simulation.checkpoint import Checkpoint, Keeper
 from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.settings import count_of
@@ -26,7 +27,6 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 #: What a run starts from that was told nothing else, by a scene that says nothing else.
 SCENE_START = "the scene's initial state"
 

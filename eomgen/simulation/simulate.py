@@ -10,16 +10,18 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from eomgen.analysis.definiteness import beyond_order_in_run, indefinite_mass
+from eomgen.arrays import Array
 from eomgen.calls import checked_call
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import Model
+from eomgen.compiled.state import State
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import canonical_name
-from eomgen.integrators.stepper_data import SERIES_FAMILIES
-from eomgen.results.dense_output import State
+from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.results.scenery import seen
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Keeper
@@ -27,21 +29,27 @@ from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, fir
 from eomgen.simulation.energy_balance import SAID, Balance, energy_balance
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
-from eomgen.simulation.limit_warnings import starts_beyond_limits
 from eomgen.simulation.open_constraints import opened
-from eomgen.simulation.preparation import check_memory, check_span, stepper_library
 from eomgen.simulation.run import Run, keeper_of, start_of, words_of_start
-from eomgen.simulation.settings import chosen_method, count_of, number_of, positive, stepper_settings, warnings_of
+from eomgen.simulation.settings import (
+    check_memory,
+    check_span,
+    chosen_method,
+    count_of,
+    positive,
+    stepper_library,
+    stepper_settings,
+    warnings_of,
+)
 from eomgen.simulation.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
 from eomgen.simulation.stepper import Progress, Stepper, Trajectory, run_chunks
 from eomgen.simulation.taylor_output import between_of
 from eomgen.simulation.time_grid import TimeGrid, time_grid
-from eomgen.simulation.warnings import unresolved_damping, unresolved_states
+from eomgen.simulation.warnings import starts_beyond_limits, unresolved_damping, unresolved_states
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
 
-Array = NDArray[np.float64]
 _BATCH = 8192
 _BAD_ARGUMENT = 4  # of the steppers' statuses
 

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.lie import product
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
-
-Array = NDArray[np.float64]
 
 #: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly singular.
 #: Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps looked at.

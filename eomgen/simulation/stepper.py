@@ -14,12 +14,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.stepper_data import STEPPER_SIZES, row_layout, state_layout, statistics_names
+from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_names
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 #: Seconds of work between two looks at progress and interrupts.

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.results.dense_output import Index, Rows
@@ -19,8 +19,6 @@ from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import Stepper
 from eomgen.toolchain.library import Library
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

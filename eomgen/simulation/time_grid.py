@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from eomgen.compiled.prescribed import jumps_per_second
 from eomgen.errors import Problem, UsageError
 
 #: Steps have to be so many times as long as neighbouring numbers at their times are apart: rounding of time stays small in them.
@@ -82,12 +83,6 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
         whole -= 1
         rest = end - (start + step * whole)
     return TimeGrid(start, end, step, whole, rest)
-
-
-def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:
-    """Return how often something jumps, 1/s; each wave is one of its times and its period, s."""
-    phases = {(round(time % period / period, 9) % 1.0, period) for time, period in waves}
-    return sum(1.0 / period for _, period in phases)
 
 
 def check_jumps(method: Mapping[str, Any], step: float) -> None:

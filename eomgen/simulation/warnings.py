@@ -1,8 +1,4 @@
-"""Whether the steps of an explicit method can resolve the damping and friction of a scene, and its internal states.
-
-Rates of decay are eigenvalues of M^-1 C; regularised friction is steepest at rest, so they are looked at there too.
-Runge and Kutta's method bears 2.785 on the real axis: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.2.
-"""
+"""Warnings of a run: joints that start beyond their limits, numerical damping that a motion will feel."""
 
 from __future__ import annotations
 
@@ -11,11 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
+from eomgen.scene.formula.evaluate import evaluate
+from eomgen.scene.formula.nodes import Formula
+from eomgen.scene.joints.limit_warnings import beyond_limits
+
 if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
     from eomgen.compiled.model import Model
 
-Array = NDArray[np.float64]
 _REAL_AXIS = 2.785
 
 
@@ -48,3 +48,28 @@ def _too_fast(what: str, fastest: float, step: float) -> str:
         f"{what} at up to {fastest:.3g} 1/s at the start, too fast for an explicit method at this step; "
         f"try: generalized_alpha, or a step below {_REAL_AXIS / fastest:.2g} s"
     )
+
+
+def starts_beyond_limits(model: Model, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
+    """Return one sentence for each coordinate beyond a limit; of joints between absolute bodies where q has their angles."""
+    values = {item.name: item.value for item in model.scene.parameters} | dict(zip(model.parameters, p.tolist(), strict=True))
+    places = _places(model)
+
+    def value(formula: Formula) -> float:
+        return evaluate(formula, lambda symbol: values[symbol.name])
+
+    stopped = [joint for joint in model.scene.joints if joint.stops and joint.name in places]
+    return [note for joint in stopped for note in beyond_limits(joint, q[places[joint.name]].tolist(), value)]
+
+
+def _places(model: Model) -> dict[str, slice]:
+    """Return where the coordinates of joints are in q."""
+    if model.scene.coordinates != "absolute":
+        return {factor.name: factor.q for factor in model.factors}
+    angles = {name: model.nq - len(model.angles) + number for number, name in enumerate(model.angles)}
+    places = {}
+    for joint in model.scene.joints:
+        own = [place for name, place in angles.items() if name.partition(".")[0] == joint.name]
+        if own:
+            places[joint.name] = slice(own[0], own[-1] + 1)
+    return places

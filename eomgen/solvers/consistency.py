@@ -17,10 +17,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import FactorLike, update
-
-Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 50
 EPSILON = float(np.finfo(float).eps)

@@ -15,18 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from eomgen.solvers.equilibrium_search import (
-    SOFT,
-    Array,
-    Point,
-    Search,
-    Statics,
-    Trail,
-    moved,
-    newton_step,
-    share_of_turn,
-    unbalanced,
-)
+from eomgen.arrays import Array
+from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
 
 MAX_STEPS = 300
 #: Largest error of a step, a part of the step; below the second one it is not worth a correction.

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.lie.product import FactorLike, update
-
-Array = NDArray[np.float64]
 
 #: Largest turn of a step, rad.
 LARGEST_TURN = 0.5

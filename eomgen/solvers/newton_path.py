@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.solvers.equilibrium_search import Array, Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
+from eomgen.arrays import Array
+from eomgen.solvers.equilibrium_search import Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
 
 MAX_STEPS = 60
 #: Parts of a step below this are not tried.

@@ -5,4 +5,4 @@ from __future__ import annotations
 from eomgen.studies.verification.check import check
 from eomgen.studies.verification.report import CheckReport, Disagreement, FormReport
 
-__all__ = ["CheckReport", "Disagreement", "FormReport", "check"]
+__all__ = ["CheckReport", "Disagreement", "FormReport", "check", "verification"]

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.symbolic.operations import CurveLike
-from eomgen.symbolic.tape import InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
     from eomgen.symbolic.map import Map

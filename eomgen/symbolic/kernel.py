@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import sympy
 
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op
 
 _FUNCTIONS: dict[type[sympy.Function], Op] = {
     sympy.sin: Op.SIN, sympy.cos: Op.COS, sympy.tan: Op.TAN, sympy.asin: Op.ASIN, sympy.acos: Op.ACOS, sympy.atan: Op.ATAN,

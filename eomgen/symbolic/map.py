@@ -25,7 +25,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, TypeVar, cast
 
-from eomgen.symbolic.tape import ZERO, Counts, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import Counts, InputSymbol, Op
+from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 T = TypeVar("T")
 KERNEL_BLOCKS = ("element", "shared", "gather", "carry")

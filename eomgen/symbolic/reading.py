@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.symbolic.evaluate import Arithmetic, run
 from eomgen.symbolic.map import splice
-from eomgen.symbolic.tape import LEAVES, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
+from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
     import sympy

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.symbolic.tape import ONE, ZERO, Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 Number = float | int
 

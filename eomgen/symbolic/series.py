@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import CurveLike
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 #: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of both factors
 #: of the products, values kept from order 0, and (k, 1/k).

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
+from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
-from eomgen.symbolic.tape import Counts, InputSymbol, Ref, Tape
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:

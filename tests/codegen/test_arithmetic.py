@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.tape import UNARY, Op, Ref, Tape
+from eomgen.symbolic.operations import UNARY, Op
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_system, make_system
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.scheduling.maps import runs
+from eomgen.codegen.scheduling.iterations import runs
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, MapResults, add_map, unroll
-from eomgen.symbolic.tape import Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Factor, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 

@@ -14,8 +14,8 @@ from benchmarks.taylor_and_heyoka import chain
 from eomgen.codegen.series.recurrence import NEXT, Recurrence
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
-from eomgen.symbolic.tape import Op
 from eomgen.system.system import System
 from tests.integrators.test_taylor import SCENES, controlled_scene, flyer_scene
 

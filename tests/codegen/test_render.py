@@ -15,11 +15,13 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.convert import to_program
+from eomgen.codegen.folder import write_folder
 from eomgen.codegen.metadata import interface_layout
-from eomgen.codegen.targets.c.target import generate_files, generate_interface, write_folder
+from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.errors import FileError
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import Op, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function, Quantity, System
 from tests.codegen.hand_made import call, compile_program, make_system, pendulum
 from tests.codegen.test_schedule import tangled

@@ -13,7 +13,8 @@ from eomgen.codegen.scheduling import scheduler as scheduling
 from eomgen.codegen.scheduling.rerolling import find_rolls
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
+from eomgen.symbolic.operations import LEAVES, Op
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Factor, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain

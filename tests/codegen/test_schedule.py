@@ -15,7 +15,8 @@ from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.system import BASE_LAYOUT, Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system, pendulum
 

@@ -9,8 +9,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.codegen.targets.c.target import template_folder
-from eomgen.symbolic.tape import Op, Tape
+from eomgen.resources import template_folder
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function
 from tests.codegen.hand_made import call, compile_system, make_system
 

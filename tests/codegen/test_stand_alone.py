@@ -10,8 +10,9 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
+from eomgen.codegen.folder import write_folder
 from eomgen.codegen.targets.c.naming import c_string
-from eomgen.codegen.targets.c.target import generate_files, write_folder
+from eomgen.codegen.targets.c.target import generate_files
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
 from tests.models.cache import shared_cache

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.control.plant import Array, Plant
+from eomgen.arrays import Array
+from eomgen.control.plant import Plant
 from eomgen.control.riccati import lqr
 from eomgen.control.weights import Weights
 from eomgen.errors import ModelError, UsageError

@@ -17,11 +17,11 @@ import eomgen
 from eomgen.cli import INTERRUPTED, VERBS, commands
 from eomgen.integrators.methods import METHOD_NAMES
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.document.json_schema import schema
 from eomgen.scene.document.schema import SECTIONS
-from eomgen.scene.formula.scope import ENERGIES, FUNCTIONS
-from eomgen.scene.load import load_toml
+from eomgen.scene.formula.scope import ENERGIES
+from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.words import FUNCTIONS
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.codegen.targets.c.target import write_folder
+from eomgen.codegen.folder import write_folder
 from eomgen.toolchain.cache import Cache, default_folder
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
 from tests.models.scenes import PENDULUM_TOML

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from eomgen.codegen.targets.c.target import environment
-from eomgen.integrators.families.generalized_alpha import Method
+from eomgen.integrators.methods import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.samples import Samples
-from eomgen.integrators.stepper_data import STEPPER_CDEF, STEPPER_SIZES, default_settings, method_data, state_layout
-from eomgen.symbolic.tape import Counts
+from eomgen.integrators.stepper_data import method_data
+from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
+from eomgen.symbolic.operations import Counts
 from eomgen.system.system import Factor, Facts
 from tests.oracles.stepper import Equations
 

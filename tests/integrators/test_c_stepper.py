@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.families.coefficients import hht, newmark
-from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.stepper_data import default_settings
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import SE3
 from tests.integrators.stepper_models import (

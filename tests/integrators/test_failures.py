@@ -9,8 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.stepper_data import default_settings, method_data
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.integrators.stepper_data import method_data
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.system.system import Facts
 from tests.integrators.stepper_models import BAD_ARGUMENT, EDGE_PARAMETERS, build, edge, free_motion, tied_body
 

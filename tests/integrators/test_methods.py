@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha, check_needs
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.integrators.methods import check_needs
 from eomgen.system.system import Facts
 
 

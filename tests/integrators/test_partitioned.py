@@ -15,8 +15,8 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.partitioned import PARTITIONED_RUNGE_KUTTA_4
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.joints.constraint_model import Constraint, Frame
+from eomgen.scene.load import from_data
 from tests.integrators.constrained_models import (
     chain,
     compile_scene,

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.compiled.model import Model
-from eomgen.integrators.stepper_data import default_settings
-from eomgen.simulation.preparation import stepper_library
+from eomgen.integrators.stepper_layout import default_settings
+from eomgen.simulation.settings import stepper_library
 from eomgen.simulation.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache

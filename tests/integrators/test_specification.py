@@ -6,8 +6,10 @@ import json
 
 import pytest
 
-from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, GeneralizedAlpha
-from eomgen.integrators.stepper_data import default_settings, method_data, state_layout
+from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
+from eomgen.integrators.stepper_data import method_data
+from eomgen.integrators.stepper_layout import default_settings, state_layout
 from tests.integrators.stepper_models import free_motion, heavy_top, tied_body
 
 ALPHA, RKMK = GeneralizedAlpha(0.8), RUNGE_KUTTA_MUNTHE_KAAS_4

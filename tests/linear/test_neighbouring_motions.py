@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.compiled.configuration import with_unit_quaternions
+from eomgen.compiled.coordinates import with_unit_quaternions
 from eomgen.lie.product import difference, update
 from eomgen.linear.linearization import Linearization
 from tests.mechanics.test_linearization import drone

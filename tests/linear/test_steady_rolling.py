@@ -11,10 +11,10 @@ import pytest
 
 import eomgen
 from eomgen import NumericalError
-from eomgen.analysis.linearize import terms_needed
 from eomgen.analysis.steady_motion import SteadyMotion, _conditions
 from eomgen.analysis.symmetries import symmetries
-from eomgen.compiled.configuration import rotated
+from eomgen.analysis.terms import terms_needed
+from eomgen.compiled.coordinates import rotated
 from tests.oracles.similarity import BINARY, UnitsOf, in_units
 
 MASS, RADIUS, ACROSS, ALONG, G = 2.0, 0.3, 0.05, 0.09, 9.81

@@ -9,11 +9,14 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.forces.model import Effort, TorsionSpring
 from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.joints.model import ANGLES, SIZES, Joint, Mimic
+from eomgen.scene.joint_types import ANGLES, SIZES
+from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml
-from eomgen.scene.scene import BASE, Output, Point, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Output
 from eomgen.system.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -11,10 +11,13 @@ import sympy as sm
 import sympy.physics.mechanics as me
 
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import Base, Point
 from eomgen.scene.forces.model import Effort, Force, Spring
 from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Base, Input, Point, Rotation, Scene
+from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Input
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, plus, rigid_body, times, vector
 from tests.oracles.states import on_base, quaternion_product, random_states

@@ -12,7 +12,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.savings import savings
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import from_data
 from eomgen.system.system import System
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "spin_up_beam" / "scene.toml"

@@ -10,8 +10,10 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.beam import Beam, Deformation, DeformationKind
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Base, Body, Rotation, Scene
+from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -15,8 +15,10 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.mechanics.tree import beam_links as links
 from eomgen.scene.bodies.beam import Beam, Deformation
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Base, Body, Rotation, Scene
+from eomgen.scene.reading.rotations import Rotation
+from eomgen.scene.scene import Scene
 from tests.oracles.beam_on_moving_frame import (
     AXIAL,
     CHI,

@@ -13,7 +13,8 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.beam import DeformationKind
-from eomgen.scene.scene import Base, Scene
+from eomgen.scene.bodies.model import Base
+from eomgen.scene.scene import Scene
 from tests.mechanics.test_beam_equations import DENSITY, LENGTH, POLAR, Modes, single
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.formulas import number

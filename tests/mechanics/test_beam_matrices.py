@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.model import Force
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Body, Scene
+from eomgen.scene.scene import Scene
 from tests.mechanics.test_beam_energy import damped, state_on_base
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, beam_body
 from tests.oracles.evaluation import Array, tape_evaluator

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import BASE
 from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.joints.constraint_model import ROWS
+from eomgen.scene.joint_types import ROWS
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import BASE, Output, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Output
 from eomgen.system.system import System
 from tests.oracles.constrained import (
     FREEDOMS,

@@ -10,8 +10,9 @@ import pytest
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.terms.implicit_step import extended_iteration
-from eomgen.scene.forces.elements import Slip, Tyre
-from eomgen.scene.scene import BASE, Point, Scene
+from eomgen.scene.bodies.model import BASE, Point
+from eomgen.scene.forces.model import Slip, Tyre
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from tests.mechanics.test_bushings import random_bushing
 from tests.oracles.evaluation import relative_error, tape_evaluator

@@ -10,7 +10,8 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate as evaluate_refs
-from eomgen.symbolic.tape import ONE, InputSymbol
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.random_scenes import random_scene, with_base, with_loads
 from tests.oracles.states import jacobian, on_base, random_states

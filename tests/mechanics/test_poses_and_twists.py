@@ -10,7 +10,9 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
-from eomgen.scene.scene import BASE, Joint, Point, Scene
+from eomgen.scene.bodies.model import BASE, Point
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate_mpmath
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import BASE
 from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.scene import BASE, Output
+from eomgen.scene.signals.model import Output
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of

@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.mechanics.derive import derive
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.formula.nodes import Formula, Number
-from eomgen.scene.scene import Body, Parameter, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Parameter
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import parameter, value_of

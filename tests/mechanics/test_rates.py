@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.terms.rate_sources import inverse_dynamics_rates, motion_jets
+from eomgen.mechanics.terms.rates import inverse_dynamics_rates, motion_jets
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System

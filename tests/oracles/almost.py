@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import from_data
 from eomgen.symbolic.evaluate import evaluate
 from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation as Turn
 
+from eomgen.scene.bodies.model import BASE, Body
 from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.constraint_model import Constraint, Frame
-from eomgen.scene.scene import BASE, Body, Scene
+from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate

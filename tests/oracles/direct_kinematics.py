@@ -9,8 +9,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.joints.model import SIZES, Joint
-from eomgen.scene.scene import BASE, Scene
+from eomgen.scene.bodies.model import BASE
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
 from eomgen.system.system import Factor
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of

@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from eomgen.scene.joints.model import SIZES, Joint
-from eomgen.scene.scene import Body, Scene
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 

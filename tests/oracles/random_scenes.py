@@ -7,10 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.scene.bodies.model import BASE, Base, Body, Point
 from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.formula.nodes import Formula, Number, Symbol
-from eomgen.scene.joints.model import SIZES, Coefficients, Joint, JointType, Mimic
-from eomgen.scene.scene import BASE, Base, Body, Input, Output, Parameter, Point, Rotation, Scene  # fmt: skip
+from eomgen.scene.joint_types import SIZES, JointType
+from eomgen.scene.joints.model import Coefficients, Joint, Mimic
+from eomgen.scene.reading.rotations import Rotation  # fmt: skip
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Input, Output, Parameter
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
 from tests.oracles.robots import body_of_masses

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Body, Scene
+from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import rigid_body, vector
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.control.plant import Array
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.compiled.model import Model
-from eomgen.integrators.stepper_data import row_layout
+from eomgen.integrators.stepper_layout import row_layout
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.units.conversion import measure

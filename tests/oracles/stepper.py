@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from eomgen.errors import NumericalError, Problem
-from eomgen.integrators.families.generalized_alpha import SPATIAL, STABILISED, GeneralizedAlpha, RungeKuttaMuntheKaas
+from eomgen.integrators.families.generalized_alpha import SPATIAL, STABILISED, GeneralizedAlpha
+from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike
 from tests.oracles.equations import Array, Constraints, Equations, InternalStates, Trajectory

@@ -22,7 +22,8 @@ import pinocchio as pin
 
 from eomgen.errors import EomgenError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.load import from_data
 from tests.oracles.evaluation import Array
 
 #: A path of keys and indices to a number.

@@ -12,9 +12,10 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Body, Scene
+from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.formulas import number, vector
 

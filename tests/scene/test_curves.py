@@ -12,17 +12,17 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.formula.discontinuities import affine
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.piecewise import Curve, Interpolation, Outside
 from eomgen.scene.formula.scope import TIME, Names
-from eomgen.scene.load import load
+from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.tape import ONE, InputSymbol, Op, Tape
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.tape import ONE, Tape
 
 NATURAL = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
 AT_REST = ([(1, 0.0), (2, 0.0)], [(1, 0.0), (2, 0.0)])

@@ -22,11 +22,10 @@ from hypothesis import strategies as st
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import Names
 from eomgen.scene.joints.model import Mimic
-from eomgen.scene.load import load, load_toml
+from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.keys import fields_of, tables_of
 from eomgen.scene.scene import Scene
 from tests.models.cache import shared_cache

@@ -7,8 +7,8 @@ import pytest
 
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.joints import moved_inertia as motion
+from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
 

@@ -13,8 +13,8 @@ from scipy.integrate import quad
 
 from eomgen.errors import DescriptionError
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.document.json_schema import schema
+from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.roads import Harmonic, road_harmonics
 

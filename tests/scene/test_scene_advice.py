@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import load_toml
-from eomgen.scene.sources.urdf.conversion import load_urdf
+from eomgen.scene.load import load_toml, load_urdf
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced

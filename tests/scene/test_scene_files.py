@@ -14,7 +14,7 @@ import pytest
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.scene.document.json_schema import json_schema
 from eomgen.scene.formula.nodes import Number, Operation, Symbol
-from eomgen.scene.joints.model import SIZES
+from eomgen.scene.joint_types import SIZES
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.toml import line_index

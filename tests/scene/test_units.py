@@ -18,7 +18,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.formula.nodes import Number
-from eomgen.scene.joints.model import ANGLES, SIZES
+from eomgen.scene.joint_types import ANGLES, SIZES
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.keys import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report

@@ -11,10 +11,9 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.assemble import from_data
 from eomgen.scene.joints.unresisted import UNRESISTED
+from eomgen.scene.load import from_data, load_urdf
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.urdf.conversion import load_urdf
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import random_states
 

@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen.scene.document.assemble import from_data
-from eomgen.scene.load import load
+from eomgen.scene.load import from_data, load
 
 BASE: dict[str, Any] = {
     "format": 1,

@@ -11,9 +11,8 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.formula.evaluate import evaluate
 from eomgen.scene.formula.nodes import Formula
-from eomgen.scene.load import load
+from eomgen.scene.load import load, load_urdf
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.urdf.conversion import load_urdf
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 FILES = {

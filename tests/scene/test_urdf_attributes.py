@@ -11,9 +11,8 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.scene.geometry.rotations import about_axis
-from eomgen.scene.load import load
+from eomgen.scene.load import load, load_urdf
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.urdf.conversion import load_urdf
 from tests.scene.test_urdf import ROBOTS
 
 INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>

@@ -12,9 +12,8 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.geometry.rotations import about_axis, snapped_rotation
-from eomgen.scene.load import load
+from eomgen.scene.load import load, load_urdf
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.urdf.conversion import load_urdf
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.states import random_states

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.symbolic.map import Map
-from eomgen.symbolic.tape import ZERO, Op, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ZERO, Tape
 from tests.symbolic.random_tapes import apply_tamed
 
 LINKS = 6

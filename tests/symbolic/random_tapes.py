@@ -9,7 +9,8 @@ from hypothesis import strategies
 from numpy.typing import NDArray
 
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import ONE, Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ONE, Ref, Tape
 
 SMOOTH = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN, Op.ATAN2, Op.SINH, Op.COSH,
           Op.TANH, Op.EXP, Op.LOG, Op.POW)  # fmt: skip

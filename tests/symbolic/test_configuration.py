@@ -16,7 +16,8 @@ from eomgen.symbolic.calculus.configuration import (
 )
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector, second_directional
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import ONE, ZERO, Op, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ONE, ZERO, Tape
 
 UNIT = np.array([0.5, -0.1, 0.7, 0.5])
 UNIT /= np.linalg.norm(UNIT)

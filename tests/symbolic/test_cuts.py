@@ -8,7 +8,8 @@ import pytest
 from eomgen.symbolic.calculus.cuts import cut_partials
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.tape import ONE, Ref, Tape
 
 
 def recursion(tape: Tape, n: int) -> tuple[list[Ref], list[Ref]]:

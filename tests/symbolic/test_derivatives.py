@@ -13,7 +13,8 @@ from eomgen.symbolic.calculus.partials import (
     weighted_gradient,
 )
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
+from eomgen.symbolic.operations import UNARY, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.symbolic.random_tapes import build, complex_step, points, programs
 
 BINARY = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.tape import UNARY, Op, Tape
+from eomgen.symbolic.operations import UNARY, Op
+from eomgen.symbolic.tape import Tape
 
 LIBRARY = {
     Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,

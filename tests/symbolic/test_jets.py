@@ -13,7 +13,8 @@ from eomgen.symbolic.calculus.jets import (
     time_derivatives,
 )
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
-from eomgen.symbolic.tape import ONE, UNARY, ZERO, InputSymbol, Op, Tape
+from eomgen.symbolic.operations import UNARY, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Tape
 from tests.symbolic.random_tapes import build, programs
 
 ORDER = 6

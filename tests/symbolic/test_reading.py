@@ -7,8 +7,9 @@ from hypothesis import given, settings
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import add_map
+from eomgen.symbolic.operations import UNARY, InputSymbol, Op
 from eomgen.symbolic.reading import block_to_sympy, input_symbol, to_latex
-from eomgen.symbolic.tape import UNARY, InputSymbol, Op, Tape
+from eomgen.symbolic.tape import Tape
 from tests.symbolic.loops import LINKS, chain, chain_point
 from tests.symbolic.random_tapes import SMOOTH, apply_tamed, build, programs
 

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import UNARY, InputSymbol, Op
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS, Series, Term, record_series
-from eomgen.symbolic.tape import ONE, UNARY, InputSymbol, Op, Tape
+from eomgen.symbolic.tape import ONE, Tape
 from tests.symbolic.random_tapes import build, programs
 from tests.symbolic.test_jets import ORDER as JET_ORDER
 from tests.symbolic.test_jets import X, at, moving_inputs, record

@@ -8,7 +8,8 @@ from hypothesis import given, settings, strategies
 
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map
-from eomgen.symbolic.tape import ONE, UNARY, ZERO, Counts, InputSymbol, Op, Tape, dot
+from eomgen.symbolic.operations import UNARY, Counts, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Tape, dot
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy
 
 import eomgen
-from eomgen.symbolic.tape import InputSymbol
+from eomgen.symbolic.operations import InputSymbol
 
 
 def named(system: eomgen.System, term: str) -> set[str]:

@@ -6,7 +6,7 @@ step from turn to turn is counted, any other rule becomes a table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol, cast
@@ -14,15 +14,14 @@ from typing import Any, Protocol, cast
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.rerolling import Roll, operands
 from eomgen.symbolic.map import record
-from eomgen.symbolic.tape import Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import Ref, Tape
 
 #: The block of a turn's inputs.
 READ = "read"
 
-
 #: Output number, component, sign, operation.
 Left = tuple[int, int, int, int]
-
 #: Position in the turn, output number, sign, component in each turn.
 Column = tuple[int, int, int, list[int]]
 
@@ -182,3 +181,24 @@ def rule(places: Sequence[int]) -> tuple[object, ...]:
     if all(after - before == step for before, after in pairwise(places)):
         return (places[0], step)
     return (tuple(places),)
+
+
+#: Copies of equally spaced places become a loop from this length on.
+RUN_FROM = 4
+
+
+def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
+    """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
+    start = 0
+    while start < len(places):
+        end = start + 1
+        step = (0, 0)
+        if end < len(places):
+            step = (places[end][0] - places[start][0], places[end][1] - places[start][1])
+            while end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step:
+                end += 1
+        length = end - start
+        if length < shortest:
+            end, length, step = start + 1, 1, (0, 0)
+        yield (*places[start], *step, length)
+        start = end

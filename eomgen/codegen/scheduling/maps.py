@@ -7,15 +7,11 @@ rule in meshes and chains, are copied by loops too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from typing import cast
 
 from eomgen.codegen.program import ProgramLoop
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.tape import Tape
-
-#: Copies of equally spaced places become a loop from this length on.
-RUN_FROM = 4
 
 
 def program_loop(tape: Tape, number: int) -> ProgramLoop:
@@ -39,20 +35,3 @@ def program_loop(tape: Tape, number: int) -> ProgramLoop:
         statements=kernel.parts[0].statements,
         reads=kernel.parts[0].inputs,
     )
-
-
-def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
-    """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
-    start = 0
-    while start < len(places):
-        end = start + 1
-        step = (0, 0)
-        if end < len(places):
-            step = (places[end][0] - places[start][0], places[end][1] - places[start][1])
-            while end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step:
-                end += 1
-        length = end - start
-        if length < shortest:
-            end, length, step = start + 1, 1, (0, 0)
-        yield (*places[start], *step, length)
-        start = end

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from itertools import accumulate
 
 from eomgen.codegen.scheduling.rerolling import Roll, operands
-from eomgen.symbolic.tape import LEAVES, Op, Ref, Tape
+from eomgen.symbolic.operations import LEAVES, Op
+from eomgen.symbolic.tape import Ref, Tape
 
 _CIRCULAR = (Op.SIN, Op.COS)
 _MAP = Op.MAP

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.symbolic.tape import UNARY, Op, Ref, Tape
+from eomgen.symbolic.operations import UNARY, Op
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import INPUT_BLOCKS
 
 _ARITY = [2] * (max(Op) + 1)

@@ -7,18 +7,205 @@ in a long function becomes loops first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import cast
 
-from eomgen.codegen.program import Part
-from eomgen.codegen.scheduling.loop_writer import LoopWriter
-from eomgen.codegen.scheduling.maps import runs
+from eomgen.codegen.program import Expression, Part, Statement
+from eomgen.codegen.scheduling.iterations import Left, copies, runs, turn_of
 from eomgen.codegen.scheduling.plan import Plan
-from eomgen.codegen.scheduling.rerolling import Roll, find_rolls, operands
-from eomgen.codegen.scheduling.writer import Open
+from eomgen.codegen.scheduling.rerolling import Roll, find_rolls, is_circular, operands
 from eomgen.symbolic.map import Map
-from eomgen.symbolic.tape import ZERO, Op, Ref, Tape
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.tape import ZERO, Ref, Tape
+
+_CONST, _INPUT = Op.CONST, Op.INPUT
+
+
+@dataclass
+class Open:
+    """The part that is being written."""
+
+    statements: list[Statement] = field(default_factory=list)
+    inputs: set[str] = field(default_factory=set)
+    outputs: set[int] = field(default_factory=set)
+    workspace: bool = False
+    label: str | None = None
+
+
+class Writer:
+    """The state of a function that is being written, part after part."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        outputs: Sequence[Sequence[Ref]],
+        input_order: Sequence[str],
+        nest_limit: int,
+        loop_numbers: dict[int, int],
+        curve_numbers: dict[int, int],
+    ) -> None:
+        self.plan = plan
+        self.tape = plan.tape
+        self.outputs = outputs
+        self.input_order = input_order
+        self.nest_limit = nest_limit
+        self.loop_numbers = loop_numbers
+        self.curve_numbers = curve_numbers
+        self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
+        self.waiting: dict[int, int] = {}  # node -> operations in its expression
+        self.locals = 0
+        self.slots = 0
+        self.kept: dict[int, int] = {}  # node -> slot that loops read it from, besides its local
+        self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
+        self.next_label = next(self.labels)
+        self.label = ""
+        self.open = Open()
+        self.circular: set[int] = set()  # sines and cosines that were taken beforehand
+
+    # -- expressions ----------------------------------------------------------------------------------------------
+
+    def _leaf(self, ref: Ref) -> Expression:
+        """Return a leaf, or the expression that stands for a node."""
+        node = abs(ref)
+        code = self.tape.op[node]
+        if code is _CONST:
+            value = self.tape.constants[self.tape.a[node]]
+            return ("K", value if ref > 0 else -value)
+        if code is _INPUT:
+            symbol = self.tape.inputs[self.tape.a[node]]
+            self.open.inputs.add(symbol.block)
+            expression: Expression = ("in", symbol.block, symbol.index)
+        else:
+            expression = self.expressions[node]
+            if isinstance(expression, int):
+                return expression if ref > 0 else -expression
+            if expression[0] == "w":
+                self.open.workspace = True
+        return expression if ref > 0 else ("neg", expression)
+
+    def _take(self, refs: Sequence[Ref]) -> tuple[list[Expression], int]:
+        """Return operand expressions, nesting waiting ones as far as the limit allows, and their operations."""
+        waiting = self.waiting
+        nested = [abs(ref) for ref in refs if abs(ref) in waiting]
+        if len(nested) > 1:
+            nested.sort(key=waiting.__getitem__)  # the shortest first: most of them fit
+        total = 1
+        for node in nested:
+            if total + waiting[node] <= self.nest_limit:
+                total += waiting.pop(node)
+            else:
+                self._write(node)
+        return [self._leaf(ref) for ref in refs], total
+
+    def _write(self, node: int) -> None:
+        """Give a waiting node a statement of its own."""
+        del self.waiting[node]
+        self.locals += 1
+        self._emit("let", self.locals, self.expressions[node])
+        self.expressions[node] = self.locals
+
+    def _emit(self, kind: str, *data: object) -> None:
+        if kind != "fill" and self.open.label != self.label:
+            self.open.label = self.label
+            if self.label:
+                self.open.statements.append(Statement("label", (self.label,)))
+        self.open.statements.append(Statement(kind, data))
+
+    def _store(self, node: int) -> None:
+        for number, component, sign in self.plan.stores.get(node, ()):
+            self.open.outputs.add(number)
+            self._emit("out", number, component, self._leaf(sign * node))
+
+
+#: Values stored in one loop, where a function has loops, from this many on.
+COPIED_FROM = 8
+
+
+class LoopWriter(Writer):
+    """Writes the loops that ``rolling`` found; it is the ``turns.Values`` of each."""
+
+    def _circular(self) -> None:
+        """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through them."""
+        tape = self.tape
+        nodes = [node for node in self.plan.live if is_circular(tape, node)]
+        angles = sorted({abs(tape.a[node]) for node in nodes}, key=self._symbol)
+        slot = {leaf: self.slots + number for number, leaf in enumerate(angles)}
+        places: dict[str, list[tuple[int, int]]] = {}
+        for leaf in angles:
+            block, index = self._symbol(leaf)
+            places.setdefault(block, []).append((slot[leaf], index))
+        for block, found in places.items():
+            self.open.inputs.add(block)
+            for to, start, _, step, length in runs(found, shortest=1):
+                self._emit("circular", to, to + len(angles), block, start, step, length)
+        self.slots += 2 * len(angles)
+        self.open.workspace = self.open.workspace or bool(angles)
+        for node in nodes:
+            self.circular.add(node)
+            self.expressions[node] = ("w", slot[abs(tape.a[node])] + (len(angles) if tape.op[node] is Op.COS else 0))
+        self._store_all((*place, node) for node in nodes for place in self.plan.stores.get(node, ()))
+
+    def _symbol(self, leaf: int) -> tuple[str, int]:
+        symbol = self.tape.inputs[self.tape.a[leaf]]
+        return symbol.block, symbol.index
+
+    def reserve(self, count: int) -> int:
+        """Return the first of so many new slots of the workspace."""
+        self.slots += count
+        return self.slots - count
+
+    def leaf(self, ref: Ref) -> Expression:
+        """Return what stands for a value that does not change from turn to turn."""
+        return self._leaf(ref)
+
+    def slot(self, node: int) -> int:
+        """Return where the workspace has a value, putting it there if it has to."""
+        expression = self.expressions[node]
+        if isinstance(expression, tuple) and expression[0] == "w":
+            return int(expression[1])
+        if node not in self.kept:
+            self.kept[node] = self.reserve(1)
+            self._emit("save", self.kept[node], self._leaf(node))
+        return self.kept[node]
+
+    def _repeat(self, loop: Roll) -> None:
+        """Write a loop; what others need of it stays in the workspace, turn by turn."""
+        turn = turn_of(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
+        for k, nodes in enumerate(loop.turns):
+            for number, position in enumerate(turn.exports):
+                self.expressions[nodes[position]] = ("w", turn.first + k * len(turn.exports) + number)
+        for expression in turn.read:
+            plain = expression[1] if isinstance(expression, tuple) and expression[0] == "neg" else expression
+            if isinstance(plain, tuple) and plain[0] == "row" and plain[1] != "w":
+                self.open.inputs.add(plain[1])
+        self.open.outputs |= {item[1] for item in turn.given if isinstance(item, tuple) and item[1] != "w"}
+        self.open.workspace = True
+        self._emit("repeat", len(loop.turns), turn.statements, turn.read, turn.given)
+        self._store_all(turn.left)
+
+    def _store_all(self, stores: Iterable[Left]) -> None:
+        """Store values of the workspace, by loops where they are many."""
+        groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
+        for number, component, sign, node in stores:
+            groups.setdefault((number, sign), []).append((component, sign * node))
+        for (number, _), items in groups.items():
+            if not self._copy(number, items):
+                for component, ref in items:
+                    self.open.outputs.add(number)
+                    self._emit("out", number, component, self._leaf(ref))
+
+    def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
+        """Store many values that are there already in one loop; return False where they are few, or of different kinds."""
+        if len(items) < COPIED_FROM:
+            return False
+        data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
+        if data is None:
+            return False
+        self.open.outputs.add(number)
+        self._emit("repeat", *data)
+        return True
+
 
 #: Operations per part at most; a function this long compiles in about a second.
 PART_LIMIT = 1500
@@ -31,11 +218,10 @@ ROLL_FROM = 1500
 ROLLED_PART = 0.6
 #: From this many angles on, their sines and cosines are taken in one loop.
 TOGETHER = 3
-
 _NAMES: list[str] = [""] * (max(Op) + 1)
 for _op in Op:
     _NAMES[_op] = _op.name
-_INPUT, _MAP = Op.INPUT, Op.MAP
+_MAP = Op.MAP
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from eomgen.errors import ModelError, Problem
-from eomgen.symbolic.tape import InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity
 
 #: What has corners. A selection goes on after its condition, which is among these.

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 
 from eomgen.symbolic.calculus.configuration import rotation
 from eomgen.symbolic.map import splice
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.series import LEFT, RIGHT, Series, Term, record_series
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
 #: Coefficient k of what blocks of the caller hold at order 0.

@@ -12,29 +12,16 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.coefficients import Coefficients
-from eomgen.integrators.families.hermite import Hermite
-from eomgen.integrators.families.needs import FactsLike, Need
-from eomgen.integrators.families.taylor import Taylor
+from eomgen.integrators.families.family import Need, hold
 
 GENERALIZED_ALPHA = "generalized_alpha"
-RKMK = "rkmk"
-
-
-_UNCONSTRAINED = Need(
-    "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
-
-
 _CONDITIONALLY_STABLE = Need(
     "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
     "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
 )  # fmt: skip
 _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
-
-
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
 #: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both accelerations.
@@ -173,97 +160,10 @@ class GeneralizedAlpha:
     def _check(self) -> None:
         if self.case is not None:
             return
-        _hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
-        _hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
-        _hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
+        hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
+        hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
+        hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
         optimal = Coefficients("chung_hulbert", self.alpha_m, self.alpha_f, self.beta, self.gamma, _SOURCE)
-        _hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
+        hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
         at_infinity = max(self.alpha_f / (1 - self.alpha_f), abs(1 - self.rate_gamma) / self.rate_gamma)
-        _hold("the same for internal states", at_infinity == self.rho)
-
-
-@dataclass(frozen=True)
-class RungeKuttaMuntheKaas:
-    """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
-
-    Attributes
-    ----------
-    A, b, c : exact fractions
-        The tableau; stage i uses stages before it only.
-    commutators : int
-        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an order p
-        needs p - 2 of them.
-    """
-
-    A: tuple[tuple[Fraction, ...], ...]
-    b: tuple[Fraction, ...]
-    c: tuple[Fraction, ...]
-    order: int
-    commutators: int
-    source: str
-    family: str = field(default=RKMK, init=False)
-    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
-
-    def __post_init__(self) -> None:
-        A, b, c = self.A, self.b, self.c
-        stages = range(len(b))
-        _hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
-        _hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
-        _hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
-        _hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
-        Ac = [sum((A[i][j] * c[j] for j in stages), Fraction(0)) for i in stages]
-        Acc = [sum((A[i][j] * c[j] ** 2 for j in stages), Fraction(0)) for i in stages]
-        AAc = [sum((A[i][j] * Ac[j] for j in stages), Fraction(0)) for i in stages]
-        conditions = [
-            (1, "sum b = 1", b, Fraction(1)),
-            (2, "sum b c = 1/2", [b[i] * c[i] for i in stages], Fraction(1, 2)),
-            (3, "sum b c^2 = 1/3", [b[i] * c[i] ** 2 for i in stages], Fraction(1, 3)),
-            (3, "sum b A c = 1/6", [b[i] * Ac[i] for i in stages], Fraction(1, 6)),
-            (4, "sum b c^3 = 1/4", [b[i] * c[i] ** 3 for i in stages], Fraction(1, 4)),
-            (4, "sum b c A c = 1/8", [b[i] * c[i] * Ac[i] for i in stages], Fraction(1, 8)),
-            (4, "sum b A c^2 = 1/12", [b[i] * Acc[i] for i in stages], Fraction(1, 12)),
-            (4, "sum b A A c = 1/24", [b[i] * AAc[i] for i in stages], Fraction(1, 24)),
-        ]
-        _hold("an order that the conditions here cover: 1 to 4", 1 <= self.order <= 4)
-        for order, text, terms, target in conditions:
-            if order <= self.order:
-                _hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
-
-
-Method = GeneralizedAlpha | RungeKuttaMuntheKaas | Taylor | Hermite
-
-def check_needs(method: Method, facts: FactsLike) -> None:
-    """Raise ModelError naming every need of the method that the system does not meet."""
-    problems = [
-        Problem(
-            "method",
-            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason}",
-            need.alternative,
-        )
-        for need in method.needs
-        if bool(getattr(facts, need.fact)) is not need.value
-    ]
-    if problems:
-        raise ModelError(problems)
-
-
-def _hold(text: str, true: bool) -> None:
-    if not true:
-        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
-
-
-_HALF, _ZERO = Fraction(1, 2), Fraction(0)
-
-RUNGE_KUTTA_MUNTHE_KAAS_4 = RungeKuttaMuntheKaas(
-    A=(
-        (_ZERO, _ZERO, _ZERO, _ZERO),
-        (_HALF, _ZERO, _ZERO, _ZERO),
-        (_ZERO, _HALF, _ZERO, _ZERO),
-        (_ZERO, _ZERO, Fraction(1), _ZERO),
-    ),
-    b=(Fraction(1, 6), Fraction(1, 3), Fraction(1, 3), Fraction(1, 6)),
-    c=(_ZERO, _HALF, _HALF, Fraction(1)),
-    order=4,
-    commutators=2,
-    source="Munthe-Kaas 1999, with the classical tableau of Kutta 1901",
-)
+        hold("the same for internal states", at_infinity == self.rho)

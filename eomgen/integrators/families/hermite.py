@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from eomgen.integrators.families.needs import Need
+from eomgen.integrators.families.family import UNCONSTRAINED, Need
 
 HERMITE = "hermite"
 #: Corrections end where they change no component by more than this part of the sizes of its kind, in units of rounding.
@@ -26,11 +26,6 @@ COARSE = 0.01
 #: By how much the square of a quaternion's length may be off before it is brought to 1; steps that settle miss it by far less.
 STRETCH = 0.1
 
-_UNCONSTRAINED = Need(
-    "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Hermite:
@@ -39,7 +34,7 @@ class Hermite:
     family: str = field(default=HERMITE, init=False)
     order: int = field(default=4, init=False)
     source: str = field(default="Makino and Aarseth 1992", init=False)
-    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
+    needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
 
 
 def hermite_data(method: Hermite) -> dict[str, Any]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eomgen.integrators.families.generalized_alpha import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
-from eomgen.integrators.families.needs import Need
+from eomgen.integrators.families.family import Need
+from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
 PARTITIONED = "partitioned"
 

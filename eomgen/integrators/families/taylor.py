@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.needs import Need
+from eomgen.integrators.families.family import Need
 
 TAYLOR = "taylor"
 MAX_ORDER = 40

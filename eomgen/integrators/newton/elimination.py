@@ -10,11 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
-
-Array = NDArray[np.float64]
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02

@@ -25,11 +25,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.lie.product import FactorLike
 
-Array = NDArray[np.float64]
 Place = tuple[int, int]
 
 #: Weights of the sum of matrices above, by position in the arrays of terms.

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.integrators.newton.matrix import Packing, Place, dense, packed
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import evaluate
-
-Array = NDArray[np.float64]
 
 #: States besides the initial one.
 _OTHERS = 3

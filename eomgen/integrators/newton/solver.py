@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
 from eomgen.integrators.newton.fronts import Fronts, make_fronts
@@ -20,7 +21,7 @@ from eomgen.integrators.newton.matrix import (
     iteration_terms,
     tangent_numbers,
 )
-from eomgen.integrators.newton.samples import Array, Samples
+from eomgen.integrators.newton.samples import Samples
 from eomgen.integrators.newton.stages import stages, stages_of_tree
 from eomgen.lie import product
 from eomgen.lie.product import FactorLike

@@ -14,7 +14,8 @@ from itertools import chain
 
 from eomgen.mechanics.forces.internal_states import state_formulas
 from eomgen.scene.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.scene.joints.model import ANGLES, Joint, Mimic
+from eomgen.scene.joint_types import ANGLES
+from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.scene import Scene
 
 #: A joint and the number of its coordinate.

@@ -9,7 +9,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.rows import Row, rates_of, turned_past
 from eomgen.mechanics.forces.frame_pairs import magnitude, placed
-from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
@@ -19,8 +19,9 @@ from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar, Vector, dot, minus
-from eomgen.symbolic.tape import ZERO, Op
+from eomgen.symbolic.tape import ZERO
 
 
 def joint_constraint(joint: Joint) -> Constraint | None:
@@ -59,8 +60,8 @@ class Turn:
 class AbsoluteQuantities(Quantities):
     """Resolves the symbols of formulas when bodies have absolute coordinates: joint coordinates are measured between frames."""
 
-    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
-        super().__init__(scene, tree, kinematics)
+    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
+        super().__init__(scene, tree, kinematics, offered)
         self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
         tape = self.algebra.tape
         self.seeds = configuration_directions(tree)

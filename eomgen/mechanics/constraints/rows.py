@@ -17,10 +17,12 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_along
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.symbolic.calculus.configuration import Tangent, rotation
+from eomgen.symbolic.calculus.configuration import rotation
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.calculus.tangents import Tangent
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
-from eomgen.symbolic.tape import ONE, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.tape import ONE, Ref, Tape
 from eomgen.system.system import BASE_LAYOUT
 
 

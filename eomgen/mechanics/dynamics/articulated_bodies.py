@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.dynamics.separated import Wrench, carry, difference
-from eomgen.mechanics.kinematics.fields import BaseMotion, angular_velocities, centripetal, relative
+from eomgen.mechanics.kinematics.fields import angular_velocities, centripetal, relative
+from eomgen.mechanics.kinematics.wrenches import Wrench, carry, difference
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import (

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.mechanics.dynamics.separated import Wrench, carried_loads, net_wrenches
+from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.beams import stiffness_and_damping
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.fields import BaseMotion, total_fields
+from eomgen.mechanics.kinematics.fields import total_fields
+from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.scalar import Scalar
 

@@ -11,10 +11,11 @@ from functools import cache
 
 import sympy
 
-from eomgen.mechanics.dynamics.separated import carry, field_wrenches
+from eomgen.mechanics.dynamics.separated import field_wrenches
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.kinematics.fields import total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.wrenches import carry
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.mechanics.tree.links import ROOT, Tree

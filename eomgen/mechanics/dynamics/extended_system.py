@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.mechanics.dynamics.separated import Wrench, carried_loads, net_wrenches
+from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.internal_states import InternalStates
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.fields import BaseMotion, angular_velocities, total_fields
+from eomgen.mechanics.kinematics.fields import angular_velocities, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.calculus.cuts import cut_partials
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, InputSymbol, Ref
+from eomgen.symbolic.tape import ONE, Ref
 
 Entries = dict[tuple[int, int], Ref]
 

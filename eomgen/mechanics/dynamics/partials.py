@@ -12,10 +12,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.dynamics.separated import Wrench, carry, composites, field_wrenches, project
-from eomgen.mechanics.kinematics.fields import BaseMotion, Field, centripetal, relative, total_fields
+from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
+from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.fields import Field, centripetal, relative, total_fields
+from eomgen.mechanics.kinematics.wrenches import Wrench, carry, project
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import (
     Matrix,
     Scalar,
@@ -31,7 +36,8 @@ from eomgen.symbolic.scalar import (
     scaled,
     skew,
     transpose,
-)  # fmt: skip
+)
+from eomgen.symbolic.tape import ONE
 
 
 @dataclass(frozen=True)
@@ -211,3 +217,24 @@ def _column(
 def _add(blocks: Sequence[list[list[Scalar]]], row: int, column: int, ratio: Scalar, values: Sequence[Scalar]) -> None:
     for block, value in zip(blocks, values, strict=True):
         block[row][column] = block[row][column] + ratio * value
+
+
+Square = list[list[Scalar]]
+
+
+def differentiated_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Square, Square]:
+    """Return K, C, M as ``inertial_partials`` does: of inertia and weight in q (left-trivialised), v and a, (nv, nv), full."""
+    algebra, nv = tree.algebra, tree.nv
+    tau = inverse_dynamics(tree, base, [None] * len(tree.links))
+    seeds = configuration_directions(tree)
+    for k in range(nv):
+        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    blocks = tuple([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
+    with algebra.tape.block("partials of inertia forces"):
+        tangents = forward_partials(algebra.tape, [value.ref for value in tau], seeds)
+    for row, tangent in enumerate(tangents):
+        for direction, ref in tangent.items():
+            block, column = divmod(direction, nv)
+            blocks[block][row][column] = Scalar(algebra.tape, ref)
+    K, C, M = blocks
+    return K, C, M

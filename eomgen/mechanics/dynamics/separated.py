@@ -9,35 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.mechanics.kinematics.fields import BaseMotion, LinkField, base_fields, total_fields
+from eomgen.mechanics.kinematics.fields import LinkField, base_fields, total_fields
+from eomgen.mechanics.kinematics.wrenches import Wrench, carry, difference, project, summed
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
 from eomgen.mechanics.tree.inertia import Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled
+from eomgen.symbolic.scalar import Scalar, Vector, cross, plus, scaled
 
-Wrench = tuple[Vector, Vector]
 #: What coordinates need, one value per column of a link, by link.
 Rows = dict[int, list[Scalar]]
-
-
-def project(link: Link, load: Wrench) -> list[Scalar]:
-    """Return the virtual work of a wrench (moment about the link's origin, force) for each column of the joint."""
-    moment, force = load
-    return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
-
-
-def carry(link: Link, load: Wrench) -> Wrench:
-    """Return a wrench on a link as the wrench on its parent, in the parent's axes and about the parent's origin."""
-    moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
-    return plus(moment, cross(link.position, force)), force
-
-
-def difference(first: Wrench, second: Wrench) -> Wrench:
-    return minus(first[0], second[0]), minus(first[1], second[1])
-
-
-def summed(first: Wrench, second: Wrench) -> Wrench:
-    return plus(first[0], second[0]), plus(first[1], second[1])
 
 
 def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:

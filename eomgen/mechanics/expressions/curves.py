@@ -6,8 +6,9 @@ import math
 
 from eomgen.scene.formula.piecewise import AnyCurve, Bump, Waves
 from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op, Tape
+from eomgen.symbolic.tape import Tape
 
 
 def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: int = 0) -> Scalar:

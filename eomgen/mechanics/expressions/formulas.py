@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.expressions.curves import curve_at
 from eomgen.scene.formula.nodes import Application, Formula, Number, Symbol
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op
 
 Resolver = Callable[[Symbol], Scalar]
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.tree.beam_assembly import deformations
-from eomgen.mechanics.tree.beam_body import ElasticBody
+from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar, dot
-from eomgen.symbolic.tape import Op
 
 Rows = list[list[Scalar]]
 

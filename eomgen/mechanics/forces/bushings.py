@@ -16,8 +16,9 @@ from eomgen.mechanics.forces.frame_pairs import Placed, place
 from eomgen.mechanics.forces.loads import Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
-from eomgen.scene.forces.elements import Bushing
+from eomgen.scene.forces.model import Bushing
 from eomgen.scene.joints.constraint_model import Frame
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -32,7 +33,6 @@ from eomgen.symbolic.scalar import (
     plus,
     transpose,
 )  # fmt: skip
-from eomgen.symbolic.tape import Op
 
 Rows = list[list[Scalar]]
 

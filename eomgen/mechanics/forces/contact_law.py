@@ -13,8 +13,8 @@ from functools import cache
 import sympy
 
 from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Op
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.links import ROOT, Mount
 from eomgen.scene.joints.constraint_model import Frame
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
-from eomgen.symbolic.tape import Op
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref
+from eomgen.symbolic.tape import ONE, ZERO, Ref
 
 Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 

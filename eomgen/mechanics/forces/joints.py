@@ -5,11 +5,10 @@ from __future__ import annotations
 from eomgen.mechanics.forces.contact_law import contact
 from eomgen.mechanics.forces.loads import Loads, add_effort
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.scene.forces.elements import Friction, Stop
 from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Friction, Joint, Stop
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import Op
 
 
 def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:

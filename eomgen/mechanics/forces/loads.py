@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eomgen.mechanics.dynamics.separated import Wrench
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, transpose
 

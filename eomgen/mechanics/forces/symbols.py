@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.expressions.curves import waves
 from eomgen.mechanics.expressions.formulas import record
-from eomgen.mechanics.forces.tyre_contact import tyre_contact
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
+from eomgen.scene.bodies.model import Point
 from eomgen.scene.forces.model import Spring
 from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.scene.formula.piecewise import Waves
 from eomgen.scene.joints.constraint_model import Frame
-from eomgen.scene.scene import Point, Scene
+from eomgen.scene.scene import Scene
+from eomgen.scene.signals.model import Input
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
-from eomgen.symbolic.tape import Op
+
+#: Symbols that force elements offer to formulas: what each kind means on the tape, by the element's name.
+Offers = Mapping[str, Callable[["Quantities", str], Scalar]]
 
 
 class Quantities:
     """Resolves the symbols of formulas, for a scene in joint coordinates."""
 
-    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
+    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
         self.scene = scene
+        self.offered = offered
         self.tree = tree
         self.kinematics = kinematics
         self.algebra: Algebra = tree.algebra
@@ -65,10 +74,8 @@ class Quantities:
                 return self.stretch(self.springs[symbol.name])[1]
             case "tension":
                 return self.tension(self.springs[symbol.name])
-            case "load":
-                return tyre_contact(self, self.tyres[symbol.name]).load
-            case "deflection":
-                return tyre_contact(self, self.tyres[symbol.name]).deflection
+            case kind if kind in self.offered:
+                return self.offered[kind](self, symbol.name)
             case _:
                 return self.energies[symbol.name]
 
@@ -113,3 +120,13 @@ class Quantities:
         length, rate, _ = self.stretch(spring)
         elastic = self.formula(spring.stiffness) * (length - self.formula(spring.length))
         return elastic + self.formula(spring.damping) * rate + self.formula(spring.force)
+
+
+def input_signal(quantities: Quantities, item: Input) -> Scalar:
+    """Return an input as a function of time; zero where the scene does not say what it is."""
+    algebra = quantities.algebra
+    value = quantities.formula(item.formula) if item.formula is not None else algebra.zero
+    if not item.harmonics:
+        return value
+    time = Scalar(algebra.tape, algebra.tape.input("t"))
+    return value + waves(algebra, Waves(f"input {item.name}", item.harmonics), time)

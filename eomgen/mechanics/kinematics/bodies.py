@@ -13,10 +13,11 @@ from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.base import quaternion_product
 from eomgen.mechanics.tree.links import CARRIER, ROOT, Link, Tree
+from eomgen.scene.bodies.model import BASE
 from eomgen.scene.geometry.rotations import ALIKE, first_near
-from eomgen.scene.scene import BASE, Scene
-from eomgen.symbolic.scalar import Matrix, Scalar, apply, cross, plus, transpose
-from eomgen.symbolic.tape import Op
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, plus, scaled, transpose
 
 
 def constant_quaternion(R: Matrix) -> list[float]:
@@ -130,4 +131,35 @@ def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scal
         field = kinematics.field(mount.link)
         back = transpose(mount.orientation)
         values += [*apply(back, field.alpha), *apply(back, field.at(mount.position))]
+    return values
+
+
+#: Angular and linear part for each velocity component that moves a link.
+Columns = dict[int, tuple[Vector, Vector]]
+
+
+def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
+    """Return the Jacobian of each body of the scene, 6 rows (angular first) of nv numbers each."""
+    of_links: list[Columns] = []
+    for link in tree.links:
+        carried: Columns = {}
+        with tree.algebra.tape.block(f"Jacobian of link {link.name}"):
+            for k, (angular, linear) in (of_links[link.parent] if link.parent != ROOT else {}).items():
+                moved = plus(linear, cross(angular, link.position))
+                carried[k] = (link.rotation.rotate_back(angular), link.rotation.rotate_back(moved))
+        ratio, still = link.coordinates.ratio, (tree.algebra.zero_vector, tree.algebra.zero_vector)
+        for k, column in zip(link.dofs, link.columns, strict=True):
+            angular, linear = carried.get(k, still)
+            carried[k] = (plus(angular, scaled(ratio, column.angular)), plus(linear, scaled(ratio, column.linear)))
+        of_links.append(carried)
+    values: list[Scalar] = []
+    for body in scene.bodies:
+        mount = tree.mounts[body.name]
+        rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
+        back = transpose(mount.orientation)
+        for k, (angular, linear) in (of_links[mount.link] if mount.link >= 0 else {}).items():
+            moved = plus(linear, cross(angular, mount.position))
+            for row, value in enumerate((*apply(back, angular), *apply(back, moved))):
+                rows[row][k] = value
+        values += [value for row in rows for value in row]
     return values

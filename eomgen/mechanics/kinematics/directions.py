@@ -10,9 +10,11 @@ from collections.abc import Mapping
 
 from eomgen.mechanics.tree.joints import GROUPS
 from eomgen.mechanics.tree.links import Tree
-from eomgen.symbolic.calculus.configuration import Tangent, configuration_seeds
+from eomgen.symbolic.calculus.configuration import configuration_seeds
+from eomgen.symbolic.calculus.tangents import Tangent
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import multiply, skew
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 Seeds = dict[Ref | InputSymbol, Tangent]
 

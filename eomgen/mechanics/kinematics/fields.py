@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, multiply, plus, scaled, skew
 
@@ -46,16 +47,6 @@ class LinkField(Field):
 
 #: Of a base's motion, what moves against a frame feels the Coriolis part only.
 _CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "accelerations": False}
-
-
-@dataclass(frozen=True)
-class BaseMotion:
-    """Motion of the base in base axes: angular velocity and acceleration, acceleration of the origin, and gravity there."""
-
-    omega: Vector
-    alpha: Vector
-    acceleration: Vector
-    gravity: Vector
 
 
 def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Vector, Vector]:

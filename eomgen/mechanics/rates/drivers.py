@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.symbolic.calculus.jets import jets, time_derivatives
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, InputSymbol, Ref, Tape
+from eomgen.symbolic.tape import ONE, Ref, Tape
 from eomgen.system.system import RATE_BLOCKS, Block, base_place
 
 

@@ -13,7 +13,8 @@ from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.symbolic.calculus.configuration import configuration_jets, pose_jet
 from eomgen.symbolic.calculus.jets import Jet, JetAlgebra, jets, taylor_coefficients, time_derivatives
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import RATE_BLOCKS, base_place
 
 Seeds = dict[Ref | InputSymbol, Jet]

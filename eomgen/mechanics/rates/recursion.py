@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.dynamics.separated import Wrench, difference, project
 from eomgen.mechanics.kinematics.fields import Field
+from eomgen.mechanics.kinematics.wrenches import Wrench, difference, project
 from eomgen.mechanics.rates.paths import Path, at_path, centripetal_path, cross_path, to_child, to_parent
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.dynamics.separated import carry
+from eomgen.mechanics.kinematics.wrenches import carry
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.scalar import Scalar, Vector, cross, dot, minus, plus, scaled

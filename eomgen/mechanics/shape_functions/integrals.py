@@ -13,12 +13,13 @@ from fractions import Fraction
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.mechanics.shape_functions.families import Family
 from eomgen.mechanics.shape_functions.fixed_point import BITS, Fixed, array, fixed, polynomial, rounded, times
 from eomgen.mechanics.shape_functions.polynomials import Coefficients, integrated, product
 from eomgen.mechanics.shape_functions.quadrature import Grid
 from eomgen.mechanics.shape_functions.selection import shapes
-from eomgen.mechanics.shape_functions.shape_integrals import Array, ShapeIntegrals, Station
+from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.scene.bodies.beam import Beam
 
 _VANISHES = 54  # bits: what is smaller against the bound of Cauchy and Schwarz is zero but for quadrature

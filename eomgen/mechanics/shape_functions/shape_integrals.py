@@ -10,12 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from eomgen.arrays import Array
 from eomgen.scene.bodies.beam import DeformationKind
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

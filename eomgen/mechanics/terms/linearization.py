@@ -16,8 +16,9 @@ from eomgen.mechanics.constraints.joint_velocities import joint_velocities
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import BASE_LAYOUT, Block
 
 if TYPE_CHECKING:

@@ -6,10 +6,20 @@ any order up to 8, and ``forward_rates`` start with the quantity itself. Mueller
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from eomgen.mechanics.terms.rate_sources import derivatives_of
+from eomgen.mechanics.dynamics.elimination import solve_tree
+from eomgen.mechanics.dynamics.separated import mass_matrix
+from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.mechanics.rates.closed_form import inverse_dynamics_closed, matrix_path
+from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
+from eomgen.mechanics.rates.paths import Path, cross_path, seen_from
+from eomgen.mechanics.rates.recursion import Drive, inverse_dynamics_path
+from eomgen.mechanics.rates.system_matrices import SystemMatrices
+from eomgen.symbolic.scalar import Scalar, minus, plus
+from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.system import Block
 from eomgen.system.terms import CLOSED_MATRICES, HIGHEST_RATE
 
@@ -96,12 +106,10 @@ def _all() -> dict[str, RateTerm]:
 
 #: All terms of this kind by name.
 RATE_TERMS: dict[str, RateTerm] = _all()
-
 #: Terms of the closed form, which knows rigid bodies only.
 OF_RIGID_TREES = frozenset(
     name for name, term in RATE_TERMS.items() if term.source in CLOSED_MATRICES or term.source.startswith("closed_")
 )
-
 _SUFFIXES = ("", "_dot", "_ddot")
 
 
@@ -114,3 +122,136 @@ def rate_blocks(derivation: Derivation, term: RateTerm) -> list[Block]:
         what = source.description if k == 0 else f"time derivative {k} of it" if k > 1 else "its time derivative"
         blocks.append(Block(name, source.shape, tuple(path[k] for path in paths), what))
     return blocks
+
+
+#: For each component its derivatives from order 0 on.
+Paths = list[list[Ref]]
+
+
+def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
+    """Return a quantity as a block, and the derivatives of its components up to an order."""
+    if source in CLOSED_MATRICES or source.startswith("closed_"):
+        return closed_block(derivation, source, order)
+    (block,) = getattr(derivation, source)()
+    if source == "forward_dynamics":
+        return block, forward_rates(derivation, order)
+    ways = []
+    if source == "inverse_dynamics" and not derivation.tree.elastic:
+        ways.append(inverse_dynamics_rates(derivation, order))
+    if not ways or any(derivation.loads.wrenches):  # jets of positions serve loads and inertia
+        ways.append(_by_jets(derivation, block, order))
+    return block, min(ways, key=lambda paths: derivation.tape.counts([ref for path in paths for ref in path]).weight)
+
+
+def _by_jets(derivation: Derivation, block: Block, order: int, along: Paths | None = None) -> Paths:
+    with derivation.tape.block(f"time derivatives of {block.description}"):
+        return motion_jets(derivation).of(block.refs, order, along)
+
+
+def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
+    """Return a quantity of the closed matrix form, and the derivatives of its components."""
+    system = SystemMatrices(derivation.tree, velocity_paths(derivation, order))
+    with derivation.tape.block(f"closed form of {source}"):
+        if source == "closed_inverse_dynamics":
+            omega, velocity, fall = base_motion(derivation, order)
+            loads, efforts = _applied(derivation, order, None)
+            twist = list(zip(omega, velocity, strict=True))
+            tau = inverse_dynamics_closed(system, twist, fall, loads, order)
+            values = [[x - path[k] for x, path in zip(row, efforts, strict=True)] for k, row in enumerate(tau)]
+            empty = Block("tau", (derivation.tree.nv,), (), "generalized force that the motion a needs")
+        else:
+            name, shape, what, values = matrix_path(system, source.removeprefix("closed_"), order)
+            empty = Block(name, shape, (), what)
+    paths = [[row[place].ref for row in values] for place in range(len(values[0]))]
+    return replace(empty, refs=tuple(path[0] for path in paths)), paths
+
+
+def forward_rates(derivation: Derivation, order: int) -> Paths:
+    """Return for each component of vdot its derivatives along the motion that forces cause.
+
+    Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so every
+    derivative more is one substitution more in the factors of M. Where the tree is too deep for M: jets of vdot along its flow.
+    """
+    tree = derivation.tree
+    if derivation.deep and not (tree.following or tree.elastic):
+        (block,) = derivation.forward_dynamics()
+        return motion_jets(derivation).along_flow(block.refs, order)
+    M = mass_matrix(derivation.grouped, derivation.composites)
+    (tau,) = derivation.inverse_dynamics()
+    along: Paths = [[] for _ in range(tree.nv)]
+    for k in range(order + 1):
+        given = [[*path, ZERO] for path in along]
+        rest = _by_jets(derivation, tau, k, given) if tree.elastic else inverse_dynamics_rates(derivation, k, given)
+        right = [-Scalar(derivation.tape, path[k]) for path in rest]
+        with derivation.tape.block("substitution in the factors of the mass matrix"):
+            for path, value in zip(along, solve_tree(M, right, tree.dof_parents()), strict=True):
+                path.append(value.ref)
+    return along
+
+
+def motion_jets(derivation: Derivation) -> MotionJets:
+    """Return how everything in a scene moves."""
+    scene = derivation.scene
+    return MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
+
+
+def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Paths:
+    """Return for each component of tau its derivatives: inertia and gravity by recursion, what is applied by jets.
+
+    ``along`` are a and its derivatives where they are not inputs.
+    """
+    tree = derivation.grouped
+    omega, acceleration = base_paths(derivation, order)
+    loads, efforts = _applied(derivation, order, along)
+    drive = Drive(velocity_paths(derivation, order, along), omega, acceleration)
+    tau = inverse_dynamics_path(tree, drive, loads, order)
+    return [[(tau[k][row] - efforts[row][k]).ref for k in range(order + 1)] for row in range(tree.nv)]
+
+
+def velocity_paths(
+    derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None
+) -> list[list[Scalar]]:
+    """Return v and its derivatives up to order + 1."""
+    tape = derivation.tape
+    given = accelerations(tape, derivation.tree.nv, order) if along is None else along
+    return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(given)]
+
+
+def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
+    """Return angular velocity of what carries the tree, and acceleration of its origin less gravity, as paths in its axes."""
+    omega, velocity, fall = base_motion(derivation, order)
+    acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
+    return omega, [minus(x, y) for x, y in zip(acceleration, fall, strict=True)]
+
+
+def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
+    """Return omega and velocity of what carries the tree up to order + 1, and gravity, as paths in its axes."""
+    base, zero = derivation.base, derivation.algebra.zero_vector
+    omega, velocity = [zero] * (order + 2), [zero] * (order + 2)
+    if base.moving:
+        parts = [[Scalar(derivation.tape, ref) for ref in path] for path in base_twist(derivation.tape, order + 1)]
+        velocity = [(parts[3][k], parts[4][k], parts[5][k]) for k in range(order + 2)]
+        if base.turning:
+            omega = [(parts[0][k], parts[1][k], parts[2][k]) for k in range(order + 2)]
+    return omega, velocity, seen_from([derivation.motion.gravity, *([zero] * order)], omega)
+
+
+def _applied(
+    derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None
+) -> tuple[list[list[Wrench] | None], list[list[Scalar]]]:
+    """Return the paths of applied wrenches by link, in link axes, and of efforts by velocity component."""
+    tape = derivation.tape
+    flat = [value for load in derivation.loads.wrenches if load is not None for part in load for value in part]
+    with tape.block("time derivatives of applied forces"):
+        found = motion_jets(derivation).of([value.ref for value in (*flat, *derivation.loads.efforts)], order, along)
+    paths = [[Scalar(tape, ref) for ref in path] for path in found]
+    loads: list[list[Wrench] | None] = []
+    start = 0
+    for load in derivation.loads.wrenches:
+        if load is None:
+            loads.append(None)
+            continue
+        m, f = paths[start : start + 3], paths[start + 3 : start + 6]
+        loads.append([((m[0][k], m[1][k], m[2][k]), (f[0][k], f[1][k], f[2][k])) for k in range(order + 1)])
+        start += 6
+    return loads, paths[start:]

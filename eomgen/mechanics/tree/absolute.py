@@ -27,9 +27,10 @@ from eomgen.mechanics.tree.links import (
     no_inertia,
     parameter_scalars,
 )  # fmt: skip
+from eomgen.scene.bodies.model import BASE, Body
 from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import BASE, Body, Scene
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
 from eomgen.system.system import Factor
 

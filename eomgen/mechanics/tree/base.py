@@ -9,16 +9,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from eomgen.mechanics.expressions.formulas import record
-from eomgen.mechanics.kinematics.fields import BaseMotion
 from eomgen.mechanics.tree.joints import quaternion_matrix
+from eomgen.scene.bodies.model import Base
 from eomgen.scene.formula.nodes import Formula, Symbol
 from eomgen.scene.geometry.rotations import coordinate_axis
-from eomgen.scene.scene import Base, Scene
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.rotation import PlanarFactor
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, minus, multiply, plus, scaled, transpose
-from eomgen.symbolic.tape import ONE, InputSymbol, Op
+from eomgen.symbolic.tape import ONE
 from eomgen.system.system import BASE_LAYOUT
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """Motion of the base in base axes: angular velocity and acceleration, acceleration of the origin, and gravity there."""
+
+    omega: Vector
+    alpha: Vector
+    acceleration: Vector
+    gravity: Vector
 
 
 @dataclass(frozen=True)

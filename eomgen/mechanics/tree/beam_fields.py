@@ -14,7 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from eomgen.mechanics.shape_functions.shape_integrals import Array, ShapeIntegrals
+from eomgen.arrays import Array
+from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.symbolic.scalar import Algebra, Scalar, dot
 
 Amplitudes = tuple[Scalar, ...]

@@ -7,14 +7,15 @@ from dataclasses import replace
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
-from eomgen.mechanics.tree.beam_assembly import elastic_body
+from eomgen.mechanics.tree.beam_body import elastic_body
 from eomgen.mechanics.tree.beam_stations import moves, station_motion
 from eomgen.mechanics.tree.inertia import inertia_about_center
 from eomgen.mechanics.tree.joints import Column
 from eomgen.mechanics.tree.links import Link, Mount, Tree, cleaned, no_inertia
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.scene import Body, Scene
+from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation
 from eomgen.symbolic.scalar import Scalar, minus
 

@@ -16,9 +16,10 @@ from eomgen.mechanics.tree.coordinates import Coordinates
 from eomgen.mechanics.tree.joints import Column, quaternion_matrix
 from eomgen.scene.bodies.beam import DeformationKind
 from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, dot, plus, scaled
-from eomgen.symbolic.tape import InputSymbol, Op, Ref
+from eomgen.symbolic.tape import Ref
 
 #: Axis of deflection, axis of rotation and its sign, of each kind.
 _DEFLECTS: dict[DeformationKind, int] = {"stretch": 0, "bending_y": 1, "bending_z": 2}

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 from eomgen.mechanics.tree.joints import GROUPS, Motion
 from eomgen.scene.formula.nodes import Formula
-from eomgen.scene.joints.model import SIZES, Joint, Mimic
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.system.system import Factor
 

@@ -9,12 +9,14 @@ from functools import cache
 import numpy as np
 import sympy
 
-from eomgen.scene.geometry.rotations import Array, CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
-from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.arrays import Array
+from eomgen.scene.geometry.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
-from eomgen.symbolic.tape import Op
 
 Direction = tuple[float, float, float]
 IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

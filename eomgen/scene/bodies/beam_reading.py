@@ -15,11 +15,11 @@ import numpy as np
 
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import Body
 from eomgen.text import key_of
 
 #: Number of coordinates of a mesh by its ends: per element, and beside these.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eomgen.scene.bodies import schema as written
-from eomgen.scene.document import checks
+from eomgen.scene.bodies.model import BASE, WORLD, Base, Body, Point
 from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.reading import report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import BASE, WORLD, Base, Body, Point
-from eomgen.scene.signals.curve_checks import check_twice_differentiable
+from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.text import key_of
 
 
@@ -36,5 +36,5 @@ def read_body(name: str, body: written.Body, values: Values) -> Body:
 def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:
     """Return a point; ``bodies`` are the names of what can carry it."""
     key = key_of("points", name)
-    checks.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
+    report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
     return Point(name, point.body, values.vector(f"{key}.position", point.position, PARAMETERS))

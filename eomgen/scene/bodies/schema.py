@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.joints.frame_schema import Rotations
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Inertia, Triple, Value
+from eomgen.scene.reading.rotation_schema import Rotations
 
 _ORIGIN = (0.0, 0.0, 0.0)
 

@@ -1,4 +1,4 @@
-"""Feedback of a scene as data: which signals are fed back by which gains, and how those are found."""
+"""Controllers and state feedback of a Scene."""
 
 from __future__ import annotations
 
@@ -54,3 +54,13 @@ class StateFeedback:
         """Names of the parameters that the calibration fills; none without one."""
         gains = (name for row in self.gains for name in row)
         return () if self.calibration is None else (*gains, *filter(None, self.references))
+
+
+@dataclass(frozen=True)
+class Controller:
+    """What a controller gives, by its name: a formula of its states and of its signal."""
+
+    name: str
+    output: Formula
+    unit: str = ""
+    description: str = ""

@@ -7,22 +7,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, STATE
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key
+from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
 Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]
 Modes = Annotated[tuple[Annotated[int, Field(ge=1, le=100_000)], ...], Field(strict=False)]
 Poles = Annotated[tuple[NumberPair, ...], Field(strict=False)]
 _BY_JOINT = "table of numbers by joint"
-
-
-class State(Table):
-    """An internal state z, which its rate moves."""
-
-    rate: Value = key("its time derivative", names=STATE)
-    initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
-    unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
 
 
 class Calibration(Table):

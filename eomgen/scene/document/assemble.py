@@ -7,12 +7,11 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from eomgen.errors import Problem
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.reading import read_base, read_body, read_point
-from eomgen.scene.control.controllers import check_loops
-from eomgen.scene.control.section import (
+from eomgen.scene.control.controllers import (
+    check_loops,
     made_parameters,
     outputs_of_controllers,
     read_controllers,
@@ -20,16 +19,14 @@ from eomgen.scene.control.section import (
 )
 from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
-from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute
-from eomgen.scene.document.beam_positions import check_places
+from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
-from eomgen.scene.forces.bushings import read_bushing
-from eomgen.scene.forces.elements import Bushing
-from eomgen.scene.forces.reading import read_effort, read_force, read_spring, read_torsion_spring
-from eomgen.scene.forces.tyres import read_tyre
+from eomgen.scene.forces.model import Bushing
+from eomgen.scene.forces.reading import read_bushing, read_effort, read_force, read_spring, read_torsion_spring, read_tyre
 from eomgen.scene.formula.piecewise import AnyCurve
-from eomgen.scene.formula.scope import PARAMETERS, VELOCITY_SIZE, Names
+from eomgen.scene.formula.scope import PARAMETERS, Names
+from eomgen.scene.joint_types import VELOCITY_SIZE
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.constraints import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
@@ -43,65 +40,34 @@ from eomgen.scene.reading.part import Part, signature
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves, digest
-from eomgen.scene.signals.outputs import read_output
-from eomgen.scene.signals.reading import read_input, read_state
+from eomgen.scene.signals.model import Parameter
+from eomgen.scene.signals.reading import read_input, read_output, read_state
 from eomgen.text import key_of
 
 
-def from_data(
-    data: Mapping[str, Any],
+def assemble(
+    part: Part,
+    report: Report,
     *,
-    file: str = "scene",
-    lines: Mapping[str, int | str] | None = None,
-    problems: Sequence[Problem] = (),
-    notes: Sequence[str] = (),
-    metadata: Mapping[str, Any] | None = None,
-    inertias_checked: bool = False,
-    coordinates: Literal["joint", "absolute"] | None = None,
-    folder: Path | None = None,
+    notes: Sequence[str],
+    metadata: Mapping[str, Any],
+    inertias_checked: bool,
+    coordinates: Literal["joint", "absolute"] | None,
+    folder: Path,
 ) -> scene.Scene:
-    """Check nested data, in the form of a scene file, and return the scene.
-
-    Parameters
-    ----------
-    data : mapping
-        As ``tomllib`` reads a scene file.
-    file, lines : str, mapping
-        Where the data came from, for messages: the line of each dotted key, or ``file:line``.
-    problems : sequence of Problem
-        Found before, to be reported together with what is found here.
-    notes, metadata
-        Handed on to the scene.
-    inertias_checked : bool
-        True where whoever made the data has judged the inertias already.
-    coordinates : str, optional
-        ``joint`` or ``absolute``, in place of what the data say.
-    folder : Path, optional
-        Where the paths of tables start; the current folder by default.
+    """Check the data of a scene, those of included files among them, and return the scene; arguments as of ``load.from_data``.
 
     Raises
     ------
     DescriptionError
-        With every problem that could be found.
     """
-    report = Report(file, lines or {})
-    report.found += [(0, problem) for problem in problems]
-    if not data and not report.found:
-        report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
-        report.raise_problems()
-    part = Part(dict(data), {})
-    if "include" in data:
-        from eomgen.scene.sources.include import with_included  # noqa: PLC0415  # most scenes have none
-
-        part = with_included(data, report, folder or Path())
-        report.lines = part.lines
     data, labels = in_si(part.data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
     document = checks.check_names(document, refused, report)
     judged = data.get("bodies", ()) if inertias_checked else part.judged
-    assembler = _Assembler(document, refused, data, report, folder or Path(), judged)
+    assembler = _Assembler(document, refused, data, report, folder, judged)
     for key, text in part.bound.items():
         assembler.reader().formula(key, text, PARAMETERS)
     result = assembler.fields()
@@ -151,7 +117,7 @@ class _Assembler:
             kind = entry.get("type") if isinstance(entry, Mapping) else None
             joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
         self.parameters = [
-            *(scene.Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
+            *(Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
             *made_parameters(document.controllers),
         ]
         self.curve_table: dict[str, AnyCurve] = {}

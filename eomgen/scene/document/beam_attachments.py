@@ -11,14 +11,59 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
-from eomgen.scene.formula.nodes import ZERO
-from eomgen.scene.geometry.rotations import ALIKE, Array
+from eomgen.scene.bodies.model import Body, Point
+from eomgen.scene.forces.model import Bushing, Force
+from eomgen.scene.formula.evaluate import symbols
+from eomgen.scene.formula.nodes import ZERO, Formula
+from eomgen.scene.geometry.rotations import ALIKE
+from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import Body
 from eomgen.text import key_of
+
+
+def check_places(
+    bodies: Mapping[str, Body],
+    joints: Iterable[Joint],
+    points: Iterable[Point],
+    forces: Iterable[Force],
+    framed: Mapping[str, Iterable[Constraint | Bushing]],
+    values: Values,
+) -> None:
+    """Report what is attached to a beam where the beam is not; ``framed`` has constraints and bushings, by section."""
+    places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
+    places += [(key_of("points", point.name, "position"), point.body, point.position) for point in points]
+    places += [(key_of("forces", force.name, "point"), force.body, force.point) for force in forces]
+    for section, entries in framed.items():
+        for entry in entries:
+            for field, frame in (("first", entry.first), ("second", entry.second)):
+                places.append((key_of(section, entry.name, field, "position"), frame.body, frame.position))
+    judged = set()
+    for key, body, position in places:
+        if (body, position) not in judged:  # a frame in a point is the point's matter, and points come before
+            _check_place(key, body, position, bodies, values)
+        judged.add((body, position))
+
+
+def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mapping[str, Body], values: Values) -> None:
+    body = bodies.get(name)
+    if body is None or body.beam is None or values.report.concerns(key) or values.report.concerns(key_of("beams", name)):
+        return
+    beam, along = body.beam, position[0]
+    tunable = sorted(symbol.name for symbol in symbols(along) if values.names.parameters.get(symbol.name))
+    if tunable:
+        what = f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated once"
+        values.report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
+        return
+    x = values.value(along)
+    if beam.is_beyond(x):
+        reach = f"{beam.start:.6g} m to {beam.start + beam.length:.6g} m"
+        what = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach}"
+        values.report.add(f"{key}[0]", what, "a place on the beam, or a body fixed to its end")
+
 
 #: Twist (rotation, translation) of the frame that the deflection and the slope of each deformation stand for.
 _DEFLECTION = {"bending_y": 4, "bending_z": 5, "stretch": 3, "torsion": 0}

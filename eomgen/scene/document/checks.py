@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.scene.control.section import made_by_controller
+from eomgen.scene.bodies.model import BASE, WORLD, Body
+from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
-from eomgen.scene.formula.scope import RESERVED
 from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import BASE, WORLD, Body
-from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.scene.words import RESERVED
+from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, shown
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -87,14 +87,6 @@ def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
                     fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
                     return fault, "another name for one of them"
     return "", ""
-
-
-def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
-    """Report a reference to something that is not there; tell whether it is."""
-    every = list(known)
-    if name not in every:
-        report.add(key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section")
-    return name in every
 
 
 def check_simulation(simulation: Simulation, report: Report) -> None:

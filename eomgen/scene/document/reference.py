@@ -23,9 +23,10 @@ from eomgen.scene.forces import schema as schema_forces
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.joints import frame_schema as schema_places
 from eomgen.scene.joints import schema as schema_joints
-from eomgen.scene.joints.frame_schema import Rotations
+from eomgen.scene.reading import rotation_schema
 from eomgen.scene.reading.keys import Table, every_unit, meaning_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
+from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals import schema as schema_signals
 from eomgen.scene.units.table import UNITS
 
@@ -56,6 +57,7 @@ _KINDS: tuple[tuple[Any, str], ...] = (
     (Description, "text"),
 )
 _MODULES = (
+    rotation_schema,
     schema_places, schema_bodies, schema_joints, schema_signals, schema_forces, schema_beams, schema_control, schema,
 )  # fmt: skip
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}

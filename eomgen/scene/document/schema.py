@@ -5,22 +5,48 @@ What needs more than one key to judge is in ``checks``; the tables of ``docs/sce
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field
 
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.schema import Base, Body, Point
-from eomgen.scene.control.schema import Controller, State
-from eomgen.scene.document.include_schema import Include
+from eomgen.scene.control.schema import Controller
 from eomgen.scene.forces.schema import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
-from eomgen.scene.formula.scope import EVERYTHING, PARAMETERS
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key
-from eomgen.scene.reading.kinds import Description, Finite, Triple, Unit, Values
-from eomgen.scene.signals.schema import Curve, Input
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
+from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
 from eomgen.system.terms import TERMS
+
+
+class Include(Table):
+    """Another scene file, or a URDF, as a part of this scene."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path, from the folder of this file", kind="text", path=True)
+    prefix: Annotated[str, Field(max_length=64)] | None = key(
+        "goes before every name of the file", None, kind="text", shown_default="the entry's name and `_`"
+    )
+    parent: str = key("what the file's base is in this scene", "base", refers="bodies", kind="body, or `base`")
+    position: Triple = key("of the file's base in the parent's frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)
+    rotation: Rotations | None = key(
+        "axes of the file's base in the parent, angles of fixed parameters", None, shown_default="`[]`"
+    )
+    parameters: dict[str, Value] = key(
+        "in place of the file's own: numbers, numbers with a unit, or formulas of parameters of this scene",
+        {},
+        kind="values by name",
+        shown_default="`{}`",
+    )
+    root: Literal["fixed", "free"] = key("URDF: whether the root link is fixed to the parent, or free", "fixed")
+    lock: Annotated[tuple[str, ...], Field(strict=False)] = key(
+        "URDF: moving joints that are held at zero", (), kind="list of names"
+    )
+    limits: bool = key("URDF: limits of position become compliant stops", False)
+    friction: bool = key("URDF: dry friction of joints is taken, regularised", False)
+
 
 SECTIONS = (
     "parameters",
@@ -41,34 +67,6 @@ SECTIONS = (
     "efforts",
     "outputs",
 )
-
-
-class Parameter(Table):
-    """A named number."""
-
-    value: Finite = key("no formula", unit=ANY_UNIT)
-    tunable: bool = key("can be changed at every call without compiling again", False)
-    unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_number(cls, data: object) -> object:
-        return data if isinstance(data, Mapping) else {"value": data}
-
-
-class Output(Table):
-    """A named quantity that is recorded along a run."""
-
-    position: str | None = key("3 components in world axes", None, refers="points")
-    velocity: str | None = key("3 components in world axes", None, refers="points")
-    acceleration: str | None = key("3 components in world axes", None, refers="points")
-    formula: Values | None = key("one component or several", None, names=EVERYTHING)
-    energy: str | None = key(
-        "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
-    )
-    unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
-    description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")
 
 
 class Simulation(Table):

@@ -7,45 +7,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE
-from eomgen.scene.joints.frame_schema import Frame, Rotations, by_coordinate
+from eomgen.scene.joint_types import EFFORT_UNITS
+from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.reading.keys import Table, key
-from eomgen.scene.reading.kinds import Bounds, SixBySix, Triple, Value, Values
-
-_OF_RANGE = "value or list of values of parameters, rad or m"
-
-_COORDINATE = by_coordinate("rad", "m")
-_RATE = by_coordinate("rad/s", "m/s")
-_EFFORT = by_coordinate("N m", "N")
-
-
-class Limits(Table):
-    """Compliant stops of a joint's coordinates."""
-
-    lower: Bounds | None = key("lower end of the range; -inf for none", None, unit=_COORDINATE, names=PARAMETERS, kind=_OF_RANGE)
-    upper: Bounds | None = key("upper end of the range; inf for none", None, unit=_COORDINATE, names=PARAMETERS, kind=_OF_RANGE)
-    stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
-    damping: Values | None = key(
-        "of the stop", None, unit=by_coordinate("N m s/rad", "N s/m"), names=PARAMETERS, shown_default="`0`"
-    )
-    onset: Values | None = key(
-        "penetration over which the stop reaches its full stiffness",
-        None,
-        unit=_COORDINATE,
-        names=PARAMETERS,
-        shown_default="1e-3 rad, 1e-4 m",
-    )
-
-
-class Friction(Table):
-    """Dry friction of a joint's coordinates."""
-
-    coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
-    velocity: Values = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
-    static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=_EFFORT, names=PARAMETERS)
-    stribeck: Values | None = key(
-        "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
-    )
-
+from eomgen.scene.reading.kinds import SixBySix, Triple, Value, Values
+from eomgen.scene.reading.rotation_schema import Rotations
 
 _ZEROS = (0.0, 0.0, 0.0)
 _NOTHING = "`[0, 0, 0]`"
@@ -137,7 +103,7 @@ class Effort(Table):
     joint: str = key("what it drives", refers="joints")
     effort: Value = key(
         "positive drives the coordinate up",
-        unit={**_EFFORT, "spherical": "N m", "free": ("N m", "N m", "N m", "N", "N", "N")},
+        unit={**EFFORT_UNITS, "spherical": "N m", "free": ("N m", "N m", "N m", "N", "N", "N")},
         names=STATE,
     )
     index: Annotated[int, Field(ge=0, le=5)] = key(

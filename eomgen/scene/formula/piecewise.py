@@ -12,7 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from eomgen.arrays import Array
+
 Interpolation = Literal["quintic", "linear", "steps"]
 Outside = Literal["error", "hold", "periodic"]
 

@@ -6,20 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eomgen.scene.formula.piecewise import AnyCurve
-from eomgen.scene.joints.model import SIZES
 
-WORDS = frozenset({"if", "else", "and", "or", "not"})
-FUNCTIONS: Mapping[str, int] = {
-    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
-    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
-    **dict.fromkeys(("atan2", "min", "max"), 2),
-}
-RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
-CONFIGURATION_SIZE: Mapping[str, int] = {kind: size for kind, (size, _) in SIZES.items()}
-VELOCITY_SIZE: Mapping[str, int] = {kind: size for kind, (_, size) in SIZES.items()}
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import re
 import unicodedata
 
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.formula.scope import WORDS
 from eomgen.scene.units.parser import in_formula
+from eomgen.scene.words import WORDS
 from eomgen.text import shown
 
 TEXT_LENGTH = 2000

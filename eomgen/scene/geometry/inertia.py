@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.scene.geometry.rotations import Array
+from eomgen.arrays import Array
 
 Numbers = float | NDArray[np.float64]
 Flags = bool | np.bool_ | NDArray[np.bool_]

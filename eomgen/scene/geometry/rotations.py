@@ -15,9 +15,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from eomgen.arrays import Array
+
 SNAP = 1e-10
 #: Components of unit vectors and quaternions that differ by less say the same.
 ALIKE = 1e-6

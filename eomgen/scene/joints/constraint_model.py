@@ -5,20 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from eomgen.scene.formula.nodes import Formula, Number
-
-ZERO: Formula = Number(0.0)
-
-ConstraintType = Literal[
-    "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance", "point_on_line",
-    "rolling",
-]  # fmt: skip
-
-#: Number of equations of each type: (holonomic, velocity level).
-ROWS: dict[str, tuple[int, int]] = {
-    "spherical": (3, 0), "revolute": (5, 0), "universal": (4, 0), "cylindrical": (4, 0), "helical": (5, 0), "prismatic": (5, 0),
-    "planar": (3, 0), "fixed": (6, 0), "distance": (1, 0), "point_on_line": (2, 0), "rolling": (1, 2),
-}  # fmt: skip
+from eomgen.scene.formula.nodes import ZERO, Formula
+from eomgen.scene.joint_types import ConstraintType
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from eomgen.scene.bodies.model import Point
 from eomgen.scene.formula.nodes import ZERO, Formula
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joints import schema as written
@@ -15,8 +16,7 @@ from eomgen.scene.joints.frames import Need, check_two_bodies, read_frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import Point
-from eomgen.scene.signals.curve_checks import check_twice_differentiable
+from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.text import key_of
 
 #: What the equations of each type use of the first and the second frame, besides the origin.

@@ -2,35 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pydantic import model_validator
 
-from pydantic import Field, model_validator
-
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.keys import Table, key
-from eomgen.scene.reading.kinds import Triple, Value
-
-
-def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the unit of what belongs to each coordinate, by type of joint."""
-    return {
-        "revolute": angular,
-        "prismatic": linear,
-        "helical": angular,
-        "cylindrical": (angular, linear),
-        "universal": (angular, angular),
-        "planar": (angular, linear, linear),
-    }
-
-
-class Rotation(Table):
-    """A rotation by an angle about an axis."""
-
-    axis: Triple = key("of any length", names=FIXED_PARAMETERS)
-    angle: Value = key("of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad")
-
-
-Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]
+from eomgen.scene.reading.kinds import Triple
+from eomgen.scene.reading.rotation_schema import Rotations
 
 
 class Frame(Table):

@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Literal
 
-from eomgen.scene.document.checks import check_reference
+from eomgen.scene.bodies.model import BASE, WORLD, Point
 from eomgen.scene.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
 from eomgen.scene.joints import frame_schema as written
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
-from eomgen.scene.scene import BASE, WORLD, Point
 from eomgen.text import key_of, listed
 
 #: What is used of a frame besides its origin; "any" takes the body's own axes where nothing is said.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from eomgen.scene.formula.nodes import Formula
-from eomgen.scene.joints.limits import COORDINATES
+from eomgen.scene.joint_types import COORDINATES
 from eomgen.scene.joints.model import Joint
 
 #: Penetration that is taken for rounding, in parts of the limit and of 1 rad or 1 m.

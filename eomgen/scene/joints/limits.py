@@ -4,23 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.scene.forces.elements import Friction, Stop
 from eomgen.scene.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.joint_types import COORDINATES
 from eomgen.scene.joints import schema as written
+from eomgen.scene.joints.model import Friction, Stop
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 
-#: Joints whose coordinates are plain numbers: the unit of each coordinate by its meaning.
-COORDINATES: Mapping[str, Mapping[str, str]] = {
-    "revolute": {"angle": "rad"}, "prismatic": {"travel": "m"}, "helical": {"angle": "rad"},
-    "cylindrical": {"angle": "rad", "travel": "m"}, "universal": {"first angle": "rad", "second angle": "rad"},
-    "planar": {"angle": "rad", "x": "m", "y": "m"},
-}  # fmt: skip
-
 #: Penetration over which a stop that says nothing about it reaches its full stiffness, by unit of the coordinate.
 ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
-
 Given = tuple[float | str | None, ...] | None
 
 

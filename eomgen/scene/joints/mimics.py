@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of, listed, nearest, shown
 

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
-from eomgen.scene.forces.elements import Friction, Stop
 from eomgen.scene.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
+from eomgen.scene.joint_types import SIZES, JointType
 
-JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
+
+@dataclass(frozen=True)
+class Stop:
+    """Compliant stops of one coordinate of a joint, at either end or both (None where there is none).
+
+    Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range; s rises
+    from 0 to 1 over the onset.
+    """
+
+    index: int
+    lower: Formula | None
+    upper: Formula | None
+    stiffness: Formula
+    damping: Formula
+    onset: Formula
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction of one coordinate of a joint, regularised: effort -level(v) tanh(v / velocity).
+
+    The level is ``coulomb``, or where ``static`` is given coulomb + (static - coulomb) exp(-(v / stribeck)^2).
+    """
+
+    index: int
+    coulomb: Formula
+    velocity: Formula
+    static: Formula | None = None
+    stribeck: Formula | None = None
+
+
 #: A formula of parameters where a joint has one coordinate, one formula for each where it has several.
 Coefficients = Formula | tuple[Formula, ...]
-
-#: Numbers of coordinates and of velocity components of each joint type.
-SIZES: Mapping[str, tuple[int, int]] = {
-    "fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "helical": (1, 1), "cylindrical": (2, 2), "universal": (2, 2),
-    "planar": (3, 3), "spherical": (4, 3), "free": (7, 6),
-}  # fmt: skip
-
-#: Numbers of coordinates that are angles, which come first.
-ANGLES: Mapping[str, int] = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "planar": 1}
 
 
 @dataclass(frozen=True)

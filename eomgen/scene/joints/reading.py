@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.scene.formula.nodes import Number
-from eomgen.scene.formula.scope import CONFIGURATION_SIZE, PARAMETERS, VELOCITY_SIZE
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
+from eomgen.scene.joint_types import CONFIGURATION_SIZE, COORDINATES, VELOCITY_SIZE
 from eomgen.scene.joints import schema as written
-from eomgen.scene.joints.limits import COORDINATES, read_friction, read_stops
+from eomgen.scene.joints.limits import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of, shown

@@ -4,13 +4,46 @@ from __future__ import annotations
 
 from typing import Literal
 
-from eomgen.scene.forces.schema import Friction, Limits
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
-from eomgen.scene.joints.constraint_model import ConstraintType
-from eomgen.scene.joints.frame_schema import Frame, Rotations, by_coordinate
-from eomgen.scene.joints.model import JointType
+from eomgen.scene.joint_types import EFFORT_UNITS, ConstraintType, JointType, by_coordinate
+from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.reading.keys import Table, key
-from eomgen.scene.reading.kinds import Matrix, Triple, Value, Values
+from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
+from eomgen.scene.reading.rotation_schema import Rotations
+
+_OF_RANGE = "value or list of values of parameters, rad or m"
+_LIMITED = by_coordinate("rad", "m")
+_RATE = by_coordinate("rad/s", "m/s")
+
+
+class Limits(Table):
+    """Compliant stops of a joint's coordinates."""
+
+    lower: Bounds | None = key("lower end of the range; -inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
+    upper: Bounds | None = key("upper end of the range; inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
+    stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
+    damping: Values | None = key(
+        "of the stop", None, unit=by_coordinate("N m s/rad", "N s/m"), names=PARAMETERS, shown_default="`0`"
+    )
+    onset: Values | None = key(
+        "penetration over which the stop reaches its full stiffness",
+        None,
+        unit=_LIMITED,
+        names=PARAMETERS,
+        shown_default="1e-3 rad, 1e-4 m",
+    )
+
+
+class Friction(Table):
+    """Dry friction of a joint's coordinates."""
+
+    coulomb: Values = key("level of the friction", unit=EFFORT_UNITS, names=PARAMETERS)
+    velocity: Values = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
+    static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=EFFORT_UNITS, names=PARAMETERS)
+    stribeck: Values | None = key(
+        "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
+    )
+
 
 _ORIGIN = (0.0, 0.0, 0.0)
 _COORDINATE = {**by_coordinate("rad", "m"), "free": "m"}

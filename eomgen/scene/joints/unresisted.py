@@ -11,9 +11,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import Inertia
-from eomgen.scene.geometry.rotations import Array, about_axis, of_quaternion
-from eomgen.scene.joints.model import SIZES, Joint
+from eomgen.scene.geometry.rotations import about_axis, of_quaternion
+from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following
 from eomgen.scene.reading.values import Values
 from eomgen.text import listed

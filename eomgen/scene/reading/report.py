@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from operator import itemgetter
 
 from eomgen.errors import DescriptionError, Problem
+from eomgen.text import nearest, shown
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 _MOST = 100  # problems listed
@@ -82,3 +83,11 @@ class Report:
             problems[_MOST:] = [more]
         if problems:
             raise DescriptionError(problems)
+
+
+def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
+    """Report a reference to something that is not there; tell whether it is."""
+    every = list(known)
+    if name not in every:
+        report.add(key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section")
+    return name in every

@@ -8,17 +8,18 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.scene.formula.evaluate import evaluate, symbols
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.geometry.rotations import Array, unit_axis
-from eomgen.scene.joints.frame_schema import Rotation as WrittenRotation
+from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Requirement, Rule, bound_of
-from eomgen.scene.scene import Rotation
+from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
+from eomgen.scene.reading.rotations import Rotation
 
 #: What to try where a formula of parameters has no value.
 OTHER_VALUES = "other values of the parameters"

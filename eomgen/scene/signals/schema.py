@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, STATE, TIME
 from eomgen.scene.reading.keys import ANY_UNIT, Table, key
-from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
 Seed = Annotated[int, Field(ge=0, le=2**63 - 1)]
@@ -112,3 +113,40 @@ class Input(Shape):
     road: Road | None = key("a road at a speed", None)
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
+
+
+class State(Table):
+    """An internal state z, which its rate moves."""
+
+    rate: Value = key("its time derivative", names=STATE)
+    initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
+
+
+class Parameter(Table):
+    """A named number."""
+
+    value: Finite = key("no formula", unit=ANY_UNIT)
+    tunable: bool = key("can be changed at every call without compiling again", False)
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_number(cls, data: object) -> object:
+        return data if isinstance(data, Mapping) else {"value": data}
+
+
+class Output(Table):
+    """A named quantity that is recorded along a run."""
+
+    position: str | None = key("3 components in world axes", None, refers="points")
+    velocity: str | None = key("3 components in world axes", None, refers="points")
+    acceleration: str | None = key("3 components in world axes", None, refers="points")
+    formula: Values | None = key("one component or several", None, names=EVERYTHING)
+    energy: str | None = key(
+        "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
+    )
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
+    description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")

@@ -10,12 +10,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from eomgen.arrays import Array
 from eomgen.errors import Problem
 from eomgen.text import listed, nearest, shown
 
-Array = NDArray[np.float64]
 LARGEST_TABLE = 20_000_000
 MOST_ROWS = 100_000
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}

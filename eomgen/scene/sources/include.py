@@ -14,19 +14,19 @@ from typing import Any
 from pydantic import ValidationError
 
 from eomgen.errors import EomgenError, FileError, UsageError
+from eomgen.scene.bodies.model import BASE
+from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
-from eomgen.scene.control.section import made_by_controller
-from eomgen.scene.document.include_schema import Include
-from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.schema import SECTIONS, Document, Include
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import explained
 from eomgen.scene.formula.namespaces import Included, Namespace
-from eomgen.scene.load import read_text, shown_file, toml_data
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
-from eomgen.scene.scene import BASE
 from eomgen.scene.sources.include_renaming import Renamer, overridden
+from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.toml import toml_data
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 _MOST_FILES = 1000

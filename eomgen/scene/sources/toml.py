@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import tomllib
+from typing import Any
 
+from eomgen.errors import DescriptionError, Problem
 from eomgen.text import key_of
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -115,3 +117,26 @@ class _Scanner:
             self.place += self.text[self.place] == ","
             self.skip_blank()
         self.place += 1
+
+
+_TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
+
+
+def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
+    """Return what a TOML text holds, and the line of each dotted key.
+
+    Raises
+    ------
+    DescriptionError
+    """
+    try:
+        return tomllib.loads(text), line_index(text)
+    except ValueError as error:
+        message = str(error)
+        place = _TOML_PLACE.search(message)
+        where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
+        what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
+        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", "TOML syntax: key = value, texts in quotes")
+        raise DescriptionError(problem) from None
+    except RecursionError:
+        raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None

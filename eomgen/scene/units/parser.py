@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.formula.scope import RESERVED, WORDS
 from eomgen.scene.units.table import REFUSED, names
+from eomgen.scene.words import RESERVED, WORDS
 from eomgen.text import shown
 
 if TYPE_CHECKING:

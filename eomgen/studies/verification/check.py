@@ -21,10 +21,11 @@ from eomgen.studies.verification.claims.motion import motion_forms
 from eomgen.studies.verification.claims.partials import constraint_forms, packed_forms, partial_forms
 from eomgen.studies.verification.claims.rates import rate_forms
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
+from eomgen.studies.verification.kinks import Rough
 from eomgen.studies.verification.report import CheckReport, FormReport
-from eomgen.studies.verification.roughness import Rough
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
+from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Model
@@ -134,8 +135,6 @@ def _forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[F
 
 def _chosen(forms: Sequence[Form], only: Sequence[str]) -> list[Form]:
     """Return the forms asked for. Raises UsageError when there is none of a name."""
-    from eomgen.text import nearest, shown  # noqa: PLC0415  # for a mistake only
-
     for name in only:
         if not any(form.name.startswith(name) for form in forms):
             known = [*(form.name for form in forms), *_CHECKED]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.compiled.configuration import configuration_rate
+from eomgen.compiled.coordinates import configuration_rate
 from eomgen.compiled.model import Model
 from eomgen.lie.product import update
 from eomgen.symbolic.evaluate import evaluate as evaluate_tape

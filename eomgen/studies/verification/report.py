@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
+from eomgen.errors import FileError, Problem
+from eomgen.files import write_text
 from eomgen.studies.verification.differences import LADDER
 
 #: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is finite.
@@ -142,6 +151,115 @@ class CheckReport:
         ------
         FileError
         """
-        from eomgen.studies.verification.report_files import write  # noqa: PLC0415  # matplotlib comes with it
-
         return write(self, Path(folder))
+
+
+#: Curves of one panel: more cannot be told apart.
+_CURVES = 7
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0", "#222222", "#00A0B0")
+_MARKS = ("o", "s", "^", "D", "v", "P", "X")
+#: Errors below this are drawn there: exact ones have no place on a logarithmic axis.
+_LEAST = 1e-17
+
+
+def write(report: CheckReport, folder: Path) -> list[Path]:
+    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made where it is missing, and return them.
+
+    Raises
+    ------
+    FileError
+    """
+    make(folder)
+    data, table, figure = folder / "check.json", folder / "check.csv", folder / "check.png"
+    write_text(data, json.dumps(_finite(report.to_dict()), indent=2) + "\n")
+    write_text(table, _table(report))
+    drawn = [form for form in report.forms if any(math.isfinite(error) for error in form.errors)]
+    if drawn:
+        _draw(report, drawn, figure)
+    return [data, table, figure] if drawn else [data, table]
+
+
+def make(folder: Path) -> None:
+    """Make a folder where it is missing. Raises FileError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(Problem(str(folder), f"cannot be made ({error.strerror or error})", "another folder")) from None
+
+
+def _finite(data: Any) -> Any:
+    """Return data without the infinities and NaN that JSON does not have."""
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
+
+
+def _table(report: CheckReport) -> str:
+    """Return the errors of finite differences as CSV, one row per step."""
+    forms = [form for form in report.forms if form.errors]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["step", *(form.name for form in forms)])
+    for number, step in enumerate(LADDER.tolist()):
+        writer.writerow([f"{step:.17g}", *(f"{form.errors[number]:.17g}" for form in forms)])
+    return text.getvalue()
+
+
+def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
+    """Return the forms of each family, as evenly as a panel's limit allows."""
+    families: dict[str, list[FormReport]] = {}
+    for form in forms:
+        families.setdefault(form.family, []).append(form)
+    panels = []
+    for family, members in families.items():
+        count = -(-len(members) // _CURVES)
+        size = -(-len(members) // count)
+        panels += [(family, members[first : first + size]) for first in range(0, len(members), size)]
+    return panels
+
+
+def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    panels = _panels(forms)
+    columns = 1 if len(panels) == 1 else 2
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(8.0 * columns, 0.9 + 3.6 * rows), layout="constrained", dpi=110)
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axis, (family, members) in zip(axes, panels, strict=False):
+        _panel(axis, family, members)
+    for axis in axes[len(panels) :]:
+        axis.set_visible(False)
+    verdict = report.summary if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
+    figure.suptitle(
+        f"{report.scene}: closed forms against central differences at {len(report.states)} states; {verdict}\n"
+        "dotted: against complex steps", fontsize=11,
+    )  # fmt: skip
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")) from None
+
+
+def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
+    for form, colour, mark in zip(forms, _COLOURS, _MARKS, strict=False):
+        errors = np.clip(np.array(form.errors, dtype=float), _LEAST, None)
+        failed = form.verdict != "agrees"
+        label = f"{form.name} ({form.verdict})" if failed else form.name
+        axis.loglog(LADDER, errors, color=colour, marker=mark, markersize=3.5, linewidth=2.4 if failed else 1.2, label=label)
+        if form.complex_step is not None:
+            axis.axhline(max(form.complex_step, _LEAST), color=colour, linewidth=1.0, linestyle=":")
+    axis.set_ylim(3e-18, 30.0)
+    axis.set_xlim(LADDER[-1] / 2.0, LADDER[0] * 2.0)
+    reference = np.array([1e-2, 1.0])
+    axis.loglog(reference, 1e-8 * reference**2, color="#999999", linewidth=1.0, linestyle="--")
+    axis.annotate("slope 2", (0.05, 2.5e-11), xytext=(3, -9), textcoords="offset points", color="#777777", fontsize=8)
+    axis.set_title(family, fontsize=10, loc="left")
+    axis.set_xlabel("step / scale of the direction (1 rad, 1 rad/s, 1 s, size of the scene)", fontsize=8)
+    axis.set_ylabel("error / largest entry", fontsize=9)
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from eomgen.symbolic.calculus.jets import Jet, JetAlgebra, coefficient, jets
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
-
-Tangent = dict[int, Ref]  # direction -> derivative; directions with a derivative of zero by structure are absent
+from eomgen.symbolic.calculus.tangents import Tangent
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 
 def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> dict[Ref | InputSymbol, Tangent]:

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.symbolic.calculus.partials import Seeds, Tangent, node_tangent, seeds_by_node, signed_tangent
-from eomgen.symbolic.tape import LEAVES, ONE, Op, Ref, Tape
+from eomgen.symbolic.calculus.partials import Seeds, node_tangent, seeds_by_node
+from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
+from eomgen.symbolic.operations import LEAVES, Op
+from eomgen.symbolic.tape import ONE, Ref, Tape
 
 
 def cut_partials(

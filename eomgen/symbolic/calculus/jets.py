@@ -13,8 +13,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import CurveLike
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 Jet = Sequence[Ref]
 

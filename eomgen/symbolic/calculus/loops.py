@@ -11,9 +11,11 @@ from dataclasses import replace
 from typing import cast
 
 from eomgen.symbolic.calculus.jets import jets
-from eomgen.symbolic.calculus.partials import Tangent, forward_partials, signed_tangent, weighted_gradient
+from eomgen.symbolic.calculus.partials import forward_partials, weighted_gradient
+from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol, Ref, Tape
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 
 def map_partials(tape: Tape, number: int, tangents: Mapping[int, Tangent]) -> list[Tangent]:

@@ -12,14 +12,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
-from eomgen.symbolic.calculus.configuration import Tangent, tangent_seeds
-from eomgen.symbolic.tape import LEAVES, ONE, UNARY, ZERO, InputSymbol, Op, Ref, Tape
+from eomgen.symbolic.calculus.configuration import tangent_seeds
+from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
+from eomgen.symbolic.operations import LEAVES, UNARY, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 __all__ = [
     "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent",
     "tangent_seeds", "weighted_gradient",
 ]  # fmt: skip
-
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
 
 
@@ -116,12 +117,6 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             for k, partial in _local_partials(tape, node, op, active):
                 _accumulate(tape, adjoints, operands[k], tape.mul(adjoints[node], partial))
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
-
-
-def signed_tangent(tangents: Mapping[int, Tangent], ref: Ref) -> Tangent:
-    """Return the tangent of a reference from those of nodes."""
-    tangent = tangents.get(abs(ref), {})
-    return tangent if ref > 0 else {direction: -derivative for direction, derivative in tangent.items()}
 
 
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:

@@ -8,7 +8,7 @@ A complex model takes and gives pairs of doubles; strides count doubles.
 
 from __future__ import annotations
 
-from eomgen.integrators.stepper_data import STEPPER_CDEF
+from eomgen.integrators.stepper_layout import STEPPER_CDEF
 
 #: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
 INTERFACE_CDEF = f"""\

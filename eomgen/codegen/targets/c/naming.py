@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
+from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.errors import ModelError
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -13,7 +15,6 @@ _C_WORDS = re.compile(
     r"typedef|union|unsigned|void|volatile|while|_Bool|_Complex|_Imaginary|asm|bool|catch|class|delete|explicit|export|false|friend|mutable|namespace|new|operator|private|protected|public|template|this|throw|"
     r"true|try|typename|using|virtual|real|complex|main|count|inputs|outputs|strides"
 )
-
 
 _STANDARD_HEADERS = re.compile(
     r"alloca|assert|complex|ctype|errno|features|fenv|float|inttypes|iso646|limits|locale|math|memory|setjmp|signal|stdarg|stdbool|"
@@ -72,3 +73,155 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
     check_identifier(name, "the output")
     clash = name in inputs or _C_WORDS.fullmatch(name) or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
     return f"{name}_out" if clash else name
+
+
+_POINTERS = {
+    "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",
+    "u_dot": "NU", "u_ddot": "NU", "u_higher": "NU_HIGHER", "base_rates": "NBASE_RATES",
+}  # fmt: skip
+_DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
+#: What only the functions of a Taylor stepper read.
+_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "order")
+
+
+class CNames:
+    """C texts for one Program."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.prefix = program.prefix
+
+    def input_type(self, block: str) -> str:
+        """Return the declaration of an input argument: ``const real *q``."""
+        if block == "p":
+            return f"const {self.prefix}_parameters *p"
+        if block == "base":
+            return f"const {self.prefix}_base_state *base"
+        return "real t" if block == "t" else f"const real *{block}"
+
+    def input_size(self, block: str) -> str:
+        """Return the number of reals in an input block, as a macro or a number."""
+        if block == "p":
+            return f"{self.prefix.upper()}_NP"
+        if block == "base":
+            return f"{self.prefix.upper()}_NBASE"
+        return "1" if block == "t" else f"{self.prefix.upper()}_{_POINTERS[block]}"
+
+    def constant_macros(self) -> dict[float, str]:
+        """Return the macros of the numbers that have a name."""
+        return {named.value: f"{self.prefix.upper()}_{named.member}" for named in self.program.constants}
+
+    def base_members(self) -> list[str]:
+        """Return the members of the base's state, component by component: ``position[2]``."""
+        return [f"{name}[{index}]" for name, size, _ in self.program.base_fields for index in range(size)]
+
+    def base_targets(self) -> list[str]:
+        """Return where the function ``base`` stores its components."""
+        return [f"base->{member}" for member in self.base_members()]
+
+    def input_texts(self) -> dict[str, str | Sequence[str]]:
+        """Return what the printer needs: the text of every component of every input block."""
+        texts: dict[str, str | Sequence[str]] = {block: block + "[{}]" for block in _POINTERS}
+        texts |= {block: block + "[{}]" for block in _SERIES}
+        texts["t"] = "t"
+        texts["p"] = [f"p->{parameter.member}" for parameter in self.program.parameters]
+        texts["base"] = self.base_targets()
+        return texts
+
+    def arguments(self, function: ProgramFunction, *, restrict: bool = False) -> str:
+        """Return the parameter list of a function's declaration or, with ``restrict``, definition."""
+        qualifier = "restrict " if restrict else ""
+        parts = [self.input_type(block) for block in function.inputs]
+        if function.name == "base":
+            parts.append(f"{self.prefix}_base_state *{qualifier}base")
+        else:
+            parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
+        return ", ".join(parts) or "void"
+
+    def forwarded(self, function: ProgramFunction) -> str:
+        """Return the arguments with which a function calls another of the same inputs and outputs."""
+        return ", ".join([*function.inputs, *(output.argument for output in function.outputs)])
+
+    def part_arguments(self, function: ProgramFunction, number: int) -> str:
+        """Return the parameter list of one part of a function."""
+        part = function.parts[number]
+        texts = [self.input_type(block) for block in part.inputs]
+        texts += ["real *restrict w"] if part.workspace else []
+        if function.name == "base":
+            texts += [f"{self.prefix}_base_state *restrict base"] if part.outputs else []
+        else:
+            texts += [f"real *restrict {function.outputs[index].argument}" for index in part.outputs]
+        return ", ".join(texts) or "void"
+
+    def part_call(self, function: ProgramFunction, number: int) -> str:
+        """Return the arguments with which a function calls one of its parts."""
+        part = function.parts[number]
+        texts = [*part.inputs, *(["w"] if part.workspace else [])]
+        texts += [function.outputs[index].argument for index in part.outputs]
+        return ", ".join(texts)
+
+    def unused(self, function: ProgramFunction) -> list[str]:
+        """Return the input arguments that no part of a function reads."""
+        if function.same_as:
+            return []
+        used = {block for part in function.parts for block in part.inputs}
+        return [block for block in function.inputs if block not in used]
+
+    def direct_arguments(self, function: ProgramFunction) -> str:
+        """Return the arguments of a call from the interface of doubles, on the caller's own arrays."""
+        texts = [
+            f"&{block}" if block in ("p", "base") else block if block == "t" else f"inputs[{index}] + i * strides[{index}]"
+            for index, block in enumerate(function.inputs)
+        ]
+        if function.name == "base":
+            return ", ".join([*texts, "&base"])
+        return ", ".join([*texts, *(f"outputs[{index}] + i * {output.size}" for index, output in enumerate(function.outputs))])
+
+    def buffered_arguments(self, function: ProgramFunction) -> str:
+        """Return the arguments of a call from the other interfaces, on local copies."""
+        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
+        return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])])
+
+    def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
+        """Return the local copies of those interfaces, name and size; structs and the time need none."""
+        inputs = [(block, self.input_size(block)) for block in function.inputs if block not in ("p", "t", "base")]
+        outputs = [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
+        return inputs + outputs
+
+    def main_arguments(self, function: ProgramFunction, target: str) -> str:
+        """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their own."""
+        texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
+        if function.name == "base":
+            return ", ".join([*texts, "&base"])
+        return ", ".join([*texts, *(target or f"{function.name}_{output.name}" for output in function.outputs)])
+
+    def derivative_blocks(self) -> list[str]:
+        """Return the blocks of time derivatives that functions take or drivers fill, in the order of arguments."""
+        filled = {output.name for function in self.program.functions for output in function.outputs}
+        taken = {block for function in self.program.functions for block in function.inputs}
+        return [block for block in _DERIVATIVES if block in taken | filled]
+
+    @staticmethod
+    def driver_arguments(function: ProgramFunction) -> str:
+        """Return the arguments of a call of a driver that fills input blocks."""
+        inputs = [f"&{block}" if block == "p" else block for block in function.inputs]
+        return ", ".join([*inputs, *(output.name for output in function.outputs)])
+
+    @staticmethod
+    def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
+        """Return the texts of what an element of a loop reads."""
+        return {
+            "element": "K(constants[element][{}])",
+            "shared": [f"g[{place}]" for place in loop.shared],
+            "gather": "g[place[element][{}]]",
+            "carry": "carry[{}]",
+        }
+
+    @staticmethod
+    def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
+        """Return the texts of what an element of a loop gives: terms of sums, next carries, rows."""
+        head = loop.sums + len(loop.initial)
+        start = f"{head} + " if head else ""
+        width = f"{loop.stacked} * element" if loop.stacked > 1 else "element"
+        rows = [f"r[{start}{width}{f' + {k}' if k else ''}]" for k in range(loop.stacked)]
+        return ["term", "next", rows]

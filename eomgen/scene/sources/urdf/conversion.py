@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.scene.document.assemble import from_data
+from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.geometry.inertia import Inertia, combined
-from eomgen.scene.geometry.rotations import Array, about_axis, rows, snapped_rotation, unit_axis
+from eomgen.scene.geometry.rotations import about_axis, rows, snapped_rotation, unit_axis
 from eomgen.scene.reading.report import Report
-from eomgen.scene.scene import BASE, WORLD, Scene
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
-from eomgen.scene.sources.urdf.limits import friction_of, stops_of
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
     doubtful_inertias,
@@ -32,29 +31,6 @@ from eomgen.text import listed, nearest, shown
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}
 _ROOT_JOINT = "root_joint"
-
-
-def load_urdf(
-    text: str,
-    *,
-    file: str = "robot.urdf",
-    strict: bool = False,
-    root: str = "fixed",
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
-    coordinates: Literal["joint", "absolute"] | None = None,
-) -> Scene:
-    """Read a scene from the text of a URDF file; see ``reader.load``.
-
-    Raises
-    ------
-    DescriptionError, UsageError
-    """
-    if root not in ("fixed", "free"):
-        raise UsageError(f"root is {shown(root)}", "fixed or free")
-    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits, friction=friction)
-    return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
 
 
 def urdf_data(
@@ -263,3 +239,26 @@ def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
     if axis is None:
         return np.eye(3), np.zeros(3)
     return (about_axis(axis, value), np.zeros(3)) if joint.type == "revolute" else (np.eye(3), value * axis)
+
+
+GIVE = {"revolute": 0.01, "prismatic": 0.001}  # rad, m
+DAMPING_TIME = 0.01  # s
+STICKING = {"revolute": 0.01, "prismatic": 0.001}  # rad/s, m/s
+
+
+def stops_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``limits`` of a joint; None where the file gives no range, or no effort to measure a stop by."""
+    limit = joint.limit
+    if joint.type not in GIVE or joint.written_type == "continuous" or limit is None:
+        return None
+    if not limit.lower < limit.upper or limit.effort <= 0.0:
+        return None
+    stiffness = limit.effort / GIVE[joint.type]
+    return {"lower": limit.lower, "upper": limit.upper, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
+
+
+def friction_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``friction`` of a joint; None where the file gives none, or a negative one, or several coordinates."""
+    if joint.type not in STICKING or joint.friction <= 0.0:
+        return None
+    return {"coulomb": joint.friction, "velocity": STICKING[joint.type]}

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
-from eomgen.scene.geometry.rotations import SNAP, Array, of_quaternion, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.geometry.rotations import SNAP, of_quaternion, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
 from eomgen.text import NAME_LENGTH, is_legal, nearest, shown

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from eomgen.compiled.configuration import configuration_rate
+from eomgen.compiled.coordinates import configuration_rate
 from eomgen.studies.verification.claims.claim import Form, Space, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.system import Factor

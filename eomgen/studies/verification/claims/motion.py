@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.compiled.configuration import configuration_rate
+from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import bracket_matrix
 from eomgen.studies.verification.claims.claim import Form, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine, spread

@@ -11,7 +11,8 @@ from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.tape import ONE, ZERO, InputSymbol
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import System
 
 PARTIALS, CONSTRAINTS = "partials", "constraints"

@@ -1,0 +1,70 @@
+"""The folder of generated files: written as a whole, and only over what eomgen wrote before."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from eomgen.codegen.targets.c.target import MANIFEST
+from eomgen.errors import FileError
+
+
+def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
+    """Write files to a folder, each under a temporary name first, and return the folder.
+
+    Files of an earlier run that are named in its manifest and no longer exist are removed.
+
+    Raises
+    ------
+    FileError
+        The folder holds something that eomgen did not write, or cannot be written.
+    """
+    target = Path(folder)
+    temporary: Path | None = None
+    try:
+        old = _earlier_files(target)
+        target.mkdir(parents=True, exist_ok=True)
+        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):  # first, so that a broken folder is ours
+            with tempfile.NamedTemporaryFile(
+                "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
+            ) as stream:
+                temporary = Path(stream.name)
+                stream.write(text)
+            temporary.chmod(0o666 & ~_umask())
+            temporary.replace(target / name)
+        for name in old - set(files):
+            (target / name).unlink(missing_ok=True)
+    except OSError as error:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+        raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
+    return target
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _earlier_files(target: Path) -> set[str]:
+    """Return the files that an earlier run left in a folder. Raises FileError for a folder of someone else's."""
+    if not target.exists():
+        return set()
+    if not target.is_dir():
+        raise FileError(f"{target} is a file, not a folder", "another folder")
+    if not any(target.iterdir()):
+        return set()
+    try:
+        manifest = json.loads((target / MANIFEST).read_text(encoding="utf-8"))
+        if manifest["generator"] != "eomgen":
+            raise KeyError
+        return {Path(str(name)).name for name in manifest["files"]}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(
+            f"{target} is not empty and was not written by eomgen (it has no {MANIFEST} of eomgen's); nothing was overwritten",
+            "a new or empty folder",
+        ) from error

@@ -1,0 +1,74 @@
+"""Runge-Kutta methods on Lie groups as data: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from eomgen.integrators.families.family import UNCONSTRAINED, Need, hold
+
+RKMK = "rkmk"
+
+
+@dataclass(frozen=True)
+class RungeKuttaMuntheKaas:
+    """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
+
+    Attributes
+    ----------
+    A, b, c : exact fractions
+        The tableau; stage i uses stages before it only.
+    commutators : int
+        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an order p
+        needs p - 2 of them.
+    """
+
+    A: tuple[tuple[Fraction, ...], ...]
+    b: tuple[Fraction, ...]
+    c: tuple[Fraction, ...]
+    order: int
+    commutators: int
+    source: str
+    family: str = field(default=RKMK, init=False)
+    needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
+
+    def __post_init__(self) -> None:
+        A, b, c = self.A, self.b, self.c
+        stages = range(len(b))
+        hold("a square tableau", len(A) == len(c) == len(b) and all(len(row) == len(b) for row in A))
+        hold("an explicit method", all(A[i][j] == 0 for i in stages for j in stages if j >= i))
+        hold("row sums: c_i = sum_j A_ij", all(sum(A[i]) == c[i] for i in stages))
+        hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)
+        Ac = [sum((A[i][j] * c[j] for j in stages), Fraction(0)) for i in stages]
+        Acc = [sum((A[i][j] * c[j] ** 2 for j in stages), Fraction(0)) for i in stages]
+        AAc = [sum((A[i][j] * Ac[j] for j in stages), Fraction(0)) for i in stages]
+        conditions = [
+            (1, "sum b = 1", b, Fraction(1)),
+            (2, "sum b c = 1/2", [b[i] * c[i] for i in stages], Fraction(1, 2)),
+            (3, "sum b c^2 = 1/3", [b[i] * c[i] ** 2 for i in stages], Fraction(1, 3)),
+            (3, "sum b A c = 1/6", [b[i] * Ac[i] for i in stages], Fraction(1, 6)),
+            (4, "sum b c^3 = 1/4", [b[i] * c[i] ** 3 for i in stages], Fraction(1, 4)),
+            (4, "sum b c A c = 1/8", [b[i] * c[i] * Ac[i] for i in stages], Fraction(1, 8)),
+            (4, "sum b A c^2 = 1/12", [b[i] * Acc[i] for i in stages], Fraction(1, 12)),
+            (4, "sum b A A c = 1/24", [b[i] * AAc[i] for i in stages], Fraction(1, 24)),
+        ]
+        hold("an order that the conditions here cover: 1 to 4", 1 <= self.order <= 4)
+        for order, text, terms, target in conditions:
+            if order <= self.order:
+                hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
+
+
+_HALF, _ZERO = Fraction(1, 2), Fraction(0)
+RUNGE_KUTTA_MUNTHE_KAAS_4 = RungeKuttaMuntheKaas(
+    A=(
+        (_ZERO, _ZERO, _ZERO, _ZERO),
+        (_HALF, _ZERO, _ZERO, _ZERO),
+        (_ZERO, _HALF, _ZERO, _ZERO),
+        (_ZERO, _ZERO, Fraction(1), _ZERO),
+    ),
+    b=(Fraction(1, 6), Fraction(1, 3), Fraction(1, 3), Fraction(1, 6)),
+    c=(_ZERO, _HALF, _HALF, Fraction(1)),
+    order=4,
+    commutators=2,
+    source="Munthe-Kaas 1999, with the classical tableau of Kutta 1901",
+)

@@ -1,0 +1,43 @@
+"""The base, rigid bodies and points of a Scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.formula.nodes import ZERO_VECTOR, Formula, Vector
+from eomgen.scene.reading.rotations import Rotation
+
+BASE = "base"
+WORLD = "world"
+
+
+@dataclass(frozen=True)
+class Base:
+    """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters."""
+
+    position: Vector = ZERO_VECTOR
+    rotations: tuple[Rotation, ...] = ()
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
+
+    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is rigid.
+    """
+
+    name: str
+    mass: Formula
+    center_of_mass: Vector
+    inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
+    beam: Beam | None = None
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
+
+    name: str
+    body: str
+    position: Vector

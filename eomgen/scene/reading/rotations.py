@@ -1,0 +1,15 @@
+"""A rotation as a scene holds it: an axis and an angle, which may be a formula."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.scene.formula.nodes import Formula
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Rotation by ``angle`` about a unit ``axis``; lists of these are intrinsic, in order."""
+
+    axis: tuple[float, float, float]
+    angle: Formula

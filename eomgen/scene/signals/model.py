@@ -1,0 +1,72 @@
+"""Parameters, inputs, internal states and outputs of a Scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.scene.formula.nodes import Formula, Symbol
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number. Tunable ones are arguments of every call; the others are folded into the code."""
+
+    name: str
+    value: float
+    tunable: bool = False
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Input:
+    """A named input u_k; what the driver hands in unless told otherwise is a formula plus a sum of harmonics.
+
+    Attributes
+    ----------
+    formula : formula of t and parameters, or None
+    harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
+    """
+
+    name: str
+    formula: Formula | None = None
+    unit: str = ""
+    description: str = ""
+    harmonics: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def given(self) -> bool:
+        """Whether the scene itself says what the input is."""
+        return self.formula is not None or bool(self.harmonics)
+
+
+@dataclass(frozen=True)
+class State:
+    """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on."""
+
+    name: str
+    rate: Formula
+    initial: float = 0.0
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named output: ``values`` are formulas of everything (positions, accelerations and energies included).
+
+    Named energies are the symbols of kind ``energy`` names: see ``kind`` "energy" with name kinetic, potential, total,
+    base_power or power.
+    """
+
+    name: str
+    values: tuple[Formula, ...]
+    unit: str = ""
+    description: str = ""
+
+    @property
+    def quantity(self) -> str:
+        """``position``, ``velocity`` or ``acceleration`` where the values are nothing but that, else empty."""
+        kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
+        kind = kinds.pop() if len(kinds) == 1 else ""
+        return kind if kind in ("position", "velocity", "acceleration") else ""
