@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, table
-from eomgen.compiled.model import Model
 from eomgen.integrators.methods import terms_of
+from eomgen.model import Model
 from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]

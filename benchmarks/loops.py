@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.compiled.model import Model
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.model import Model
 from eomgen.simulation.stepper import Stepper
 
 Array = NDArray[np.float64]

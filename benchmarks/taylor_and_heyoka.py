@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, pin_to_core, table
-from eomgen.compiled.model import Model
 from eomgen.integrators.methods import method_named
+from eomgen.model import Model
 from eomgen.pipeline.pipeline import derive
 from eomgen.simulation.settings import stepper_settings
 from eomgen.simulation.stepper import Stepper

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.compiled.model import Model
+from eomgen.model import Model
 from eomgen.results.solution import Solution
 
 Array = NDArray[np.float64]

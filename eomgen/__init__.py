@@ -11,7 +11,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
+    from eomgen.model import Model
     from eomgen.pipeline.pipeline import build, derive, generate, load
     from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
@@ -32,7 +32,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
-    "Model": "eomgen.compiled.model",
+    "Model": "eomgen.model",
     "Solution": "eomgen.results.solution",
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",

@@ -140,7 +140,7 @@ def _misfit(
         pass
     else:
         return None
-    where = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    where = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
     owned = [name for name in signature.parameters if name in _OWNERS][:1]
     every = {name: item for name, item in signature.parameters.items() if name not in owned}
     given = args[len(owned) :]

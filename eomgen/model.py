@@ -1,51 +1,60 @@
-"""The part of a compiled model that is about runs: from a start, from a checkpoint, and to where it comes to rest."""
+"""Model: a compiled scene, its analyses and its runs, each of which is imported when it is first asked for."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from eomgen.calls import checked_calls
+from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
     from eomgen.analysis.linearize import Rest
     from eomgen.analysis.steady_motion import SteadyMotion
-    from eomgen.compiled.model import Model
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
 
 
-class Runs:
-    """Each run is a module of its own, imported when it is first asked for."""
+@checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
+class Model(CompiledModel):
+    """A compiled scene.
+
+    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
+    angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
+    (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal states' initial
+    values, ``base`` to the scene's prescribed motion at ``t``.
+    A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
+    """
 
     def simulate(self, t_end: float | None = None, step: float | None = None, **options: Any) -> Solution:
-        """Integrate from the initial state; see ``runtime.simulate.simulate`` for all options."""
+        """Integrate from the initial state; see ``eomgen.simulation.simulate`` for all options."""
         from eomgen.simulation.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
-        return simulate(cast("Model", self), t_end, step, **options)
+        return simulate(self, t_end, step, **options)
 
     def equilibrium(
         self, initial: Mapping[str, Any] | None = None, parameters: Parameters = None, t: float = 0.0, u: Inputs = None, *,
         any_kind: bool = False,
     ) -> Equilibrium:  # fmt: skip
-        """Return a state of rest near the initial one; see ``runtime.equilibrium.equilibrium``."""
+        """Return a state of rest near the initial one; see ``eomgen.analysis.equilibrium``."""
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415
 
-        return equilibrium(cast("Model", self), initial, parameters, t, u, any_kind=any_kind)
+        return equilibrium(self, initial, parameters, t, u, any_kind=any_kind)
 
     def steady_motion(
         self, velocities: Mapping[str, float] | None = None, coordinates: Mapping[str, ArrayLike] | None = None,
         initial: Mapping[str, Any] | None = None, parameters: Parameters = None, t: float = 0.0, u: Inputs = None,
     ) -> SteadyMotion:  # fmt: skip
-        """Return a motion with constant velocities near the initial state; see ``runtime.steady_motion.steady_motion``."""
+        """Return a motion with constant velocities near the initial state; see ``eomgen.analysis.steady_motion``."""
         from eomgen.analysis.steady_motion import steady_motion  # noqa: PLC0415
 
-        return steady_motion(cast("Model", self), velocities, coordinates, initial, parameters, t, u)
+        return steady_motion(self, velocities, coordinates, initial, parameters, t, u)
 
     def linearize(
         self, q: ArrayLike | None = None, v: ArrayLike | None = None, a: ArrayLike | None = None, t: float = 0.0,
@@ -89,7 +98,7 @@ class Runs:
 
         given = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
         return linearize(
-            cast("Model", self), given, t, u, parameters=parameters, base=base, at=at, initial=initial, any_kind=any_kind,
+            self, given, t, u, parameters=parameters, base=base, at=at, initial=initial, any_kind=any_kind,
             independent=independent,
         )  # fmt: skip
 
@@ -113,10 +122,10 @@ class Runs:
         """
         from eomgen.analysis.root_locus import roots_over  # noqa: PLC0415
 
-        return roots_over(cast("Model", self), parameter, values, parameters, **options)
+        return roots_over(self.linearize, parameter, values, parameters, **options)
 
     def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
-        """Go on with a run from its checkpoint, to the same bits; see ``runtime.resume.resume`` for all options."""
+        """Go on with a run from its checkpoint, to the same bits; see ``eomgen.simulation.resume`` for all options."""
         from eomgen.simulation.resume import resume  # noqa: PLC0415
 
-        return resume(cast("Model", self), path, t_end, **options)
+        return resume(self, path, t_end, **options)

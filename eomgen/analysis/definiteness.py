@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.arrays import Array
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 
 class Indefinite(NamedTuple):
@@ -21,7 +21,7 @@ class Indefinite(NamedTuple):
 
 
 def indefinite_mass(
-    model: Model, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
+    model: CompiledModel, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
 ) -> Indefinite | None:
     """Return what is to be said of an inertia matrix that is not positive definite at q; None when it is, or is not known.
 
@@ -44,7 +44,7 @@ def indefinite_mass(
     return Indefinite(what, "order = 2" if beams else "masses and inertias that bodies can have")
 
 
-def beyond_order(model: Model, q: Array, p: Array) -> Sequence[str]:
+def beyond_order(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
     """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
 
     Empty where it is positive definite, or would not be even so.
@@ -65,7 +65,7 @@ def beyond_order(model: Model, q: Array, p: Array) -> Sequence[str]:
     return tuple(guilty or (factor.name for factor in factors))
 
 
-def beyond_order_in_run(model: Model, t: Array, q: Array, p: Array) -> str:
+def beyond_order_in_run(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
     """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none does.
 
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
@@ -83,12 +83,12 @@ def beyond_order_in_run(model: Model, t: Array, q: Array, p: Array) -> str:
     return ""
 
 
-def _definite(model: Model, q: Array, p: Array) -> bool:
+def _definite(model: CompiledModel, q: Array, p: Array) -> bool:
     smallest = _smallest(model, q, p)
     return smallest is not None and smallest > 0.0
 
 
-def _smallest(model: Model, q: Array, p: Array) -> float | None:
+def _smallest(model: CompiledModel, q: Array, p: Array) -> float | None:
     """Return the smallest eigenvalue of M; None where there is no M, or one that is not finite."""
     if "mass" not in model.functions:
         return None

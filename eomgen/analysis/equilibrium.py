@@ -21,7 +21,7 @@ from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, exam
 from eomgen.solvers.newton_path import follow_newton
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 _ELSEWHERE = "it is not where a damped motion"
 #: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at once.
@@ -84,7 +84,7 @@ class Equilibrium:
 
 
 def equilibrium(
-    model: Model,
+    model: CompiledModel,
     initial: Mapping[str, Any] | None = None,
     parameters: Parameters = None,
     t: float = 0.0,
@@ -184,7 +184,7 @@ def _distance(statics: Statics, search: Search) -> float:
     return float(np.sqrt(way @ statics.mass(start) @ way))
 
 
-def _elsewhere(model: Model, statics: Statics, found: Search, settled: Search) -> list[str]:
+def _elsewhere(model: CompiledModel, statics: Statics, found: Search, settled: Search) -> list[str]:
     """Say so where a damped motion from the start settles elsewhere, or does not settle."""
     if found is settled:
         return []
@@ -199,7 +199,7 @@ def _elsewhere(model: Model, statics: Statics, found: Search, settled: Search) -
     return [f"{_ELSEWHERE} from the start settles, which is {where}"]
 
 
-def _statics(model: Model, places: Places, q: Array, u: Inputs) -> Statics:
+def _statics(model: CompiledModel, places: Places, q: Array, u: Inputs) -> Statics:
     """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), places.p
     given: dict[str, Any] = {"t": places.t, "parameters": p, "base": places.base}
@@ -233,7 +233,7 @@ def _statics(model: Model, places: Places, q: Array, u: Inputs) -> Statics:
     )
 
 
-def held_base(model: Model, p: Array, t: float) -> Array | None:
+def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
     """Return the base held where it is at t, (19,); None where it does not move at all."""
     if "base" not in model.functions:
         return None
@@ -243,7 +243,7 @@ def held_base(model: Model, p: Array, t: float) -> Array | None:
 
 
 def _result(
-    model: Model, statics: Statics, found: Search, t: float, base: Array | None, notes: Sequence[str]
+    model: CompiledModel, statics: Statics, found: Search, t: float, base: Array | None, notes: Sequence[str]
 ) -> Equilibrium:
     point = found.point
     scale = point.largest_stiffness
@@ -273,7 +273,7 @@ def _result(
     )  # fmt: skip
 
 
-def _components(model: Model, directions: Array) -> list[str]:
+def _components(model: CompiledModel, directions: Array) -> list[str]:
     """Return the names of the components of v that take part in any of the directions."""
     if not directions.size:
         return []
@@ -285,7 +285,7 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
-def _not_finite(model: Model, point: Point) -> NumericalError:
+def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
     bad = [name for name, value in zip(model.v_names, point.residual, strict=True) if not np.isfinite(value)]
     where = f"the force along {_few(bad)}" if bad else "the stiffness" if np.all(np.isfinite(point.rates)) else "a rate of z"
     hint = "another initial state, or formulas that have a value there"
@@ -297,7 +297,7 @@ def _no_stiffness(statics: Statics) -> float:
     return SOFT * statics.gravity / statics.length
 
 
-def _failure(model: Model, statics: Statics, search: Search) -> NumericalError:
+def _failure(model: CompiledModel, statics: Statics, search: Search) -> NumericalError:
     """Say why there is no equilibrium: nothing holds a coordinate, or the search did not end."""
     point, steps = search.point, search.steps
     acceleration = point.acceleration

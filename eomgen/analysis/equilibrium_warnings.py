@@ -16,7 +16,7 @@ from eomgen.scene.formula.evaluate import evaluate
 from eomgen.scene.formula.nodes import Formula, Symbol
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: The ends of a spring pass one another where their distance falls below this part of what it is at start and rest.
 _PASSED = 0.05
@@ -39,7 +39,7 @@ class Places:
     base : (19,) state of the base, None where it is the world
     """
 
-    def __init__(self, model: Model, p: Array, t: float, base: Array | None) -> None:
+    def __init__(self, model: CompiledModel, p: Array, t: float, base: Array | None) -> None:
         self.model, self.p, self.t, self.base = model, p, t, base
         given = dict(zip(model.parameters, p.tolist(), strict=True))
         self.values: Mapping[str, float] = {item.name: given.get(item.name, item.value) for item in model.scene.parameters}

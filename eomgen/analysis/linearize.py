@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from eomgen.analysis.equilibrium import equilibrium
+from eomgen.analysis.steady_motion import steady_motion
 from eomgen.analysis.terms import terms_needed
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
@@ -24,7 +26,7 @@ from eomgen.linear.partials import Partials
 from eomgen.scene.disturbances import disturbance_names, driven_inputs
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: How far constraints may be off in a state that is given, in their own units.
 MET = 1e-6
@@ -79,7 +81,7 @@ class Setting:
 
 
 def linearize(
-    model: Model, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
+    model: CompiledModel, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
     base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
     any_kind: bool = False, independent: Sequence[str] = (),
 ) -> Linearization:  # fmt: skip
@@ -104,7 +106,7 @@ def linearize(
     return about(able, state, setting, independent)
 
 
-def about_motion(model: Model, state: RunState, u: Array | None, p: Array) -> Linearization:
+def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
     able, t = model.having(terms_needed(model)), float(state.t)
     q, v = state.q, state.v
@@ -114,7 +116,7 @@ def about_motion(model: Model, state: RunState, u: Array | None, p: Array) -> Li
     return about(able, State("motion", q, v, state.z), Setting(t, p, u, None))
 
 
-def about(model: Model, state: State, setting: Setting, independent: Sequence[str] = ()) -> Linearization:
+def about(model: CompiledModel, state: State, setting: Setting, independent: Sequence[str] = ()) -> Linearization:
     """Return the linear model about a state of a model that has all terms that are needed.
 
     Raises
@@ -147,7 +149,7 @@ def about(model: Model, state: State, setting: Setting, independent: Sequence[st
     return Linearization(reference, partials, free, names)
 
 
-def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Array]:
+def _dynamics(model: CompiledModel, state: State, setting: Setting) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
     given = setting.given | {"z": state.z}
     if not model.multipliers:
@@ -173,7 +175,7 @@ def _dynamics(model: Model, state: State, setting: Setting) -> tuple[Array, Arra
     return a, lam
 
 
-def _check_mass(model: Model, state: State, setting: Setting) -> None:
+def _check_mass(model: CompiledModel, state: State, setting: Setting) -> None:
     """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the component."""
     M = model.mass(state.q, parameters=setting.parameters)
     sizes = np.sqrt(np.abs(np.diagonal(M)))
@@ -190,7 +192,7 @@ def _check_mass(model: Model, state: State, setting: Setting) -> None:
     raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
 
 
-def _given_state(model: Model, given: Mapping[str, Any]) -> State:
+def _given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
     """Return the caller's state, each part as one vector."""
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
     parts: dict[str, Array] = {}
@@ -209,7 +211,7 @@ def _given_state(model: Model, given: Mapping[str, Any]) -> State:
     return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
 
-def _check_constraints(model: Model, state: State, setting: Setting) -> None:
+def _check_constraints(model: CompiledModel, state: State, setting: Setting) -> None:
     """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
     model._check_left_out(state.q, state.v, setting.t, setting.parameters)
     if not model.multipliers:
@@ -233,7 +235,7 @@ def _check_constraints(model: Model, state: State, setting: Setting) -> None:
 
 
 def _found_state(
-    model: Model, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
+    model: CompiledModel, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
 ) -> tuple[State, Setting]:
     """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
@@ -243,13 +245,13 @@ def _found_state(
     turning = at is None and setting.base is None and _base_moves(model, setting)
     if at == "steady" or turning:
         try:
-            return _resting("steady motion", model.steady_motion(_at_rest(model) if turning else None, None, *where), setting)
+            return _resting("steady motion", steady_motion(model, _at_rest(model) if turning else None, None, *where), setting)
         except NumericalError:
             if at == "steady":
                 raise
     if at in (None, "equilibrium"):
         try:
-            found = model.equilibrium(*where, any_kind=any_kind)
+            found = equilibrium(model, *where, any_kind=any_kind)
             if doubts := found.doubts(any_kind=any_kind):
                 what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(doubts)}"
                 warnings.warn(what, RuntimeWarning, stacklevel=5)
@@ -275,17 +277,17 @@ def _resting(what: str, found: Rest, setting: Setting) -> tuple[State, Setting]:
     return state, replace(setting, t=found.t, base=found.base if setting.base is None else setting.base)
 
 
-def _base_moves(model: Model, setting: Setting) -> bool:
+def _base_moves(model: CompiledModel, setting: Setting) -> bool:
     return "base" in model.functions and bool(np.any(model.base(setting.t, parameters=setting.parameters)[7:]))
 
 
-def _at_rest(model: Model) -> dict[str, float]:
+def _at_rest(model: CompiledModel) -> dict[str, float]:
     """Return velocities of zero against the base, for all components."""
     return dict.fromkeys(model.v_names, 0.0)
 
 
 def _measures(
-    model: Model, state: State, a: Array, setting: Setting, independent: Sequence[str]
+    model: CompiledModel, state: State, a: Array, setting: Setting, independent: Sequence[str]
 ) -> tuple[Measures, Names]:
     """Return what neighbouring motions are measured by, and all names.
 
@@ -309,7 +311,7 @@ def _measures(
     return Measures(joints, blocks["joint_v"], blocks["joint_a"], **partials), names
 
 
-def _names(model: Model, components: Sequence[str], measured: Sequence[str]) -> Names:
+def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
     scene = model.scene
     outputs = [
         name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
@@ -320,6 +322,6 @@ def _names(model: Model, components: Sequence[str], measured: Sequence[str]) -> 
     )
 
 
-def _inputs(model: Model, setting: Setting) -> Array:
+def _inputs(model: CompiledModel, setting: Setting) -> Array:
     values = {"t": np.asarray(setting.t), "p": setting.parameters}
     return model._terms._inputs(setting.u, values)

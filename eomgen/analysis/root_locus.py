@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.root_locus import RootLocus, root_locus
 
-if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
-
 
 def roots_over(
-    model: Model, parameter: str, values: Sequence[float], parameters: Mapping[str, float] | None, **options: Any
-) -> RootLocus:
-    """Return the roots over a parameter; see ``Model.root_locus``. ``options`` are of ``Model.linearize``."""
+    linearize: Callable[..., Linearization], parameter: str, values: Sequence[float], parameters: Mapping[str, float] | None,
+    **options: Any,
+) -> RootLocus:  # fmt: skip
+    """Return the roots over a parameter; see ``Model.root_locus``. ``linearize`` is that of the model, and takes ``options``."""
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):
         raise UsageError(Problem("values", f"the shape is {array.shape}, (n,) is needed", "numpy.linspace(100.0, 2000.0, 40)"))
@@ -27,7 +25,7 @@ def roots_over(
         given = dict(options)
         if before is not None and given.get("at") != "initial":
             given["initial"] = state_of(before) or given.get("initial")
-        return model.linearize(parameters={**(parameters or {}), parameter: value}, **given)
+        return linearize(parameters={**(parameters or {}), parameter: value}, **given)
 
     return root_locus(parameter, array.tolist(), linearized)
 

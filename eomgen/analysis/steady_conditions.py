@@ -17,7 +17,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import update
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 Mask = NDArray[np.bool_]
 #: A column of partials below this part of the largest is zero.
@@ -71,7 +71,7 @@ class Conditions:
     pace : 1/s, what velocities are measured by: of the velocities given, or of a pendulum as long as the scene
     """
 
-    model: Model
+    model: CompiledModel
     parameters: Array
     t: float
     u: Inputs
@@ -220,7 +220,7 @@ class Conditions:
 
 
 def named_values(
-    model: Model, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
+    model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
 ) -> tuple[Array, Mask, Array, Mask]:
     """Return q with the coordinates given put in, which components are held there, v, and which of its components are given.
 

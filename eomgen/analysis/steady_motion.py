@@ -33,7 +33,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 Mask = NDArray[np.bool_]
 MAX_STEPS = 100
@@ -92,7 +92,7 @@ class SteadyMotion:
 
 
 def steady_motion(
-    model: Model,
+    model: CompiledModel,
     velocities: Mapping[str, float] | None = None,
     coordinates: Mapping[str, ArrayLike] | None = None,
     initial: Mapping[str, Any] | None = None,
@@ -184,7 +184,7 @@ class _Search(NamedTuple):
     balanced: bool
 
 
-def _conditions(model: Model, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
+def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
     """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that length."""
     places = Places(model, p, t, None)
     length = places.length(q)
@@ -394,7 +394,7 @@ def _undetermined(conditions: Conditions, found: _Search, given: _Given) -> list
     return [name for name, part in zip(names, parts, strict=True) if part > _NAMED]
 
 
-def _check_lasting(model: Model, conditions: Conditions, found: _Search, hint: str) -> None:
+def _check_lasting(model: CompiledModel, conditions: Conditions, found: _Search, hint: str) -> None:
     """Raise NumericalError where accelerations appear later along the motion found."""
     state, extents = found.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
@@ -411,7 +411,7 @@ def _check_lasting(model: Model, conditions: Conditions, found: _Search, hint: s
         raise NumericalError(Problem("steady motion", what, hint))
 
 
-def _failure(model: Model, conditions: Conditions, found: _Search, given: _Given, hint: str) -> NumericalError:
+def _failure(model: CompiledModel, conditions: Conditions, found: _Search, given: _Given, hint: str) -> NumericalError:
     """Say what is not met: what accelerates, which rows, and which of the velocities given."""
     state = found.state
     unbalanced = conditions.accelerations(*state.motion)
@@ -433,7 +433,7 @@ def _failure(model: Model, conditions: Conditions, found: _Search, given: _Given
     return NumericalError(Problem("steady motion", what, f"other values, an initial state nearer to it, or {hint}"))
 
 
-def _rows_not_met(model: Model, linear: _Linear) -> list[str]:
+def _rows_not_met(model: CompiledModel, linear: _Linear) -> list[str]:
     """Return what is to be said of the rows of constraints that are farthest from being met."""
     at = linear.at
     sets = [("", at.position, "m or rad"), ("the rate of ", at.velocity, "m/s or rad/s")]
@@ -450,7 +450,7 @@ def _rows_not_met(model: Model, linear: _Linear) -> list[str]:
     return [text for _, text in sorted(found, key=lambda item: -item[0])[:_ROWS]]
 
 
-def _indefinite(model: Model, q: Array, p: Array) -> ModelError:
+def _indefinite(model: CompiledModel, q: Array, p: Array) -> ModelError:
     start = indefinite_mass(model, q, p, where="where the search starts")
     if start is not None and beyond_order(model, q, p):
         return ModelError(Problem("steady motion", start.what, start.hint))
@@ -459,7 +459,7 @@ def _indefinite(model: Model, q: Array, p: Array) -> ModelError:
     return ModelError(Problem("steady motion", what, hint))
 
 
-def _per_second(model: Model, k: int) -> str:
+def _per_second(model: CompiledModel, k: int) -> str:
     return model.v_units[k].replace("/s", "/s^2")
 
 

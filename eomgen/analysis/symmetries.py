@@ -24,7 +24,7 @@ from eomgen.lie.product import bracket_matrix
 
 if TYPE_CHECKING:
     from eomgen.analysis.steady_conditions import Conditions
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: Singular values below this part of the largest are zero.
 _NOTHING = 1e-8
@@ -58,7 +58,7 @@ class Field:
 class Fields:
     """Fields of a model, for motions along combinations of them: v = X(q) g; whether they are symmetries of its equations."""
 
-    model: Model
+    model: CompiledModel
     every: Sequence[Field]
     symmetric: bool = True
 
@@ -107,7 +107,7 @@ class Fields:
         return result
 
 
-def constant(model: Model, components: Sequence[int], extents: Array) -> Fields:
+def constant(model: CompiledModel, components: Sequence[int], extents: Array) -> Fields:
     """Return the fields along which single components of v stay what they are, each of the size of its measure."""
     nv = model.nv
     none = np.zeros((nv, nv))
@@ -132,13 +132,13 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     return Fields(model, [_scaled(model, field, q, conditions.extents) for field in found])
 
 
-def _scaled(model: Model, field: Field, q: Array, extents: Array) -> Field:
+def _scaled(model: CompiledModel, field: Field, q: Array, extents: Array) -> Field:
     """Return a field of size one at q, each component by its measure."""
     size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / extents)) or 1.0
     return Field(field.e / size, field.A / size, field.xi / size, field.W / size)
 
 
-def _candidates(model: Model, extents: Array) -> list[Field]:
+def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
     """Return all fields that are looked for, each with a single number in e, A or xi, of the size of its measure."""
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
@@ -192,7 +192,7 @@ def _equations(
     return np.asarray(np.column_stack(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
 
 
-def _places(model: Model, q: Array) -> Array:
+def _places(model: CompiledModel, q: Array) -> Array:
     """Return the plain coordinates in the places of their velocities, (nv,); 0 in those of rotations and poses."""
     result = np.zeros(model.nv)
     for factor in model.factors:
@@ -201,7 +201,7 @@ def _places(model: Model, q: Array) -> Array:
     return result
 
 
-def _moved_frames(model: Model, q: Array) -> Array:
+def _moved_frames(model: CompiledModel, q: Array) -> Array:
     """Return the block diagonal Ad(q^-1) of rotations and poses, (nv, nv); 0 for plain coordinates."""
     result = np.zeros((model.nv, model.nv))
     for factor in model.factors:

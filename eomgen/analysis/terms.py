@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 
-def terms_needed(model: Model) -> list[str]:
+def terms_needed(model: CompiledModel) -> list[str]:
     """Return the terms from which linear models and the states they are about are made."""
     terms = ["mass", "residual", "partials", "linearization", "poses"]
     if model.multipliers:

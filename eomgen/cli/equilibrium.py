@@ -14,7 +14,7 @@ from eomgen.cli.running import read_scene
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.compiled.model import Model
+    from eomgen.model import Model
 
 _SHOWN = 40
 

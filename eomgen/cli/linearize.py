@@ -15,8 +15,8 @@ from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
     from eomgen.linear.linearization import Linearization
+    from eomgen.model import Model
 
 _SHOWN = 40
 _POINTS = 600

@@ -11,7 +11,7 @@ from eomgen.cli.printing import building, progress_bar
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.model import Model
     from eomgen.results.solution import Solution
     from eomgen.scene.scene import Scene
 

@@ -12,7 +12,7 @@ from eomgen.cli.printing import counted, finite, print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.model import Model
     from eomgen.results.solution import Solution
 
 

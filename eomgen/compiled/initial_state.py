@@ -13,7 +13,7 @@ from eomgen.compiled.arguments import by_name, check_finite, check_name, check_q
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 _BLOCKS = ("q", "v", "z")
 
@@ -27,7 +27,7 @@ class InitialState:
     z: Array
 
 
-def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: Array | None = None) -> InitialState:
+def initial_state(model: CompiledModel, initial: Mapping[str, Any] | None, parameters: Array | None = None) -> InitialState:
     """Return the scene's initial state with what is given put in.
 
     Parameters
@@ -63,7 +63,7 @@ def initial_state(model: Model, initial: Mapping[str, Any] | None, parameters: A
     return state
 
 
-def _joints(model: Model, given: Mapping[str, Any], state: InitialState) -> None:
+def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
         if name in model.states and name not in factors:
@@ -87,7 +87,7 @@ def _put(target: Array, part: slice, name: str, value: Any) -> None:
     target[part] = array
 
 
-def _scene_start(model: Model, parameters: Array | None) -> InitialState:
+def _scene_start(model: CompiledModel, parameters: Array | None) -> InitialState:
     """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
     if model.start is not None and parameters is not None and parameters.tolist() != list(model.parameters.values()):

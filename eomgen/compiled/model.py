@@ -1,4 +1,4 @@
-"""Model: a compiled scene whose terms are called on NumPy arrays, one state or a batch along leading axes."""
+"""A compiled scene whose terms are called on NumPy arrays, one state or a batch along leading axes."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, unknown_attribute
 from eomgen.compiled.arguments import components, numbers, read_only
 from eomgen.compiled.bodies import Bodies
 from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
@@ -23,7 +23,6 @@ from eomgen.compiled.rates import Rates
 from eomgen.compiled.requirements import Requirements
 from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_derivatives
 from eomgen.errors import UsageError
-from eomgen.model import Runs
 from eomgen.scene.scene import Scene
 from eomgen.solvers.consistency import Assembly, Constrained, assemble, check_left_out, split_sizes
 from eomgen.toolchain.library import Library
@@ -35,15 +34,8 @@ Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-@checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
-class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
-    """A compiled scene.
-
-    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
-    angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
-    (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal states' initial
-    values, ``base`` to the scene's prescribed motion at ``t``.
-    A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
+class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
+    """The functions of a compiled scene on arrays; ``eomgen.model.Model`` has analyses and runs as well.
 
     Parameters
     ----------
@@ -64,7 +56,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
 
     def __init__(
         self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
-        built: Callable[[Sequence[str]], Model] | None = None, gains: Gains | None = None,
+        built: Callable[[Sequence[str]], Self] | None = None, gains: Gains | None = None,
         every_row: Callable[[], Callable[[Array], Constrained]] | None = None,
     ) -> None:  # fmt: skip
         layout = library.layout
@@ -75,7 +67,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         self._built = built
         self._gains = gains
         self._every_row = every_row
-        self._others: dict[tuple[str, ...], Model] = {}
+        self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
         fixed = [item.name for item in scene.parameters if not item.tunable]
         self._terms = Terms(library, fixed, Requirements(scene, tuple(self._parameters)))
@@ -147,7 +139,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         """What the model was built with."""
         return tuple(name for name in self.functions.names if name not in DRIVERS)
 
-    def having(self, terms: Sequence[str]) -> Model:
+    def having(self, terms: Sequence[str]) -> Self:
         """Return a model of this scene that has all of some terms: this one, or another, compiled when it is first needed."""
         wanted = tuple(terms)
         if all(name in self.functions for name in wanted) or self._built is None:
@@ -344,7 +336,7 @@ class Model(Bodies, InternalStates, Prescribed, Rates, Runs):
         return self._terms.call(term, **given)[0]
 
 
-def consistent(model: Model, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
+def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
     """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
 
     Raises

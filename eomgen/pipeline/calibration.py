@@ -27,8 +27,8 @@ from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Input, Output
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
     from eomgen.linear.linearization import Linearization
+    from eomgen.model import Model
 
 #: Calibrated numbers are kept to so many digits: what is beyond depends on the machine.
 _DIGITS = 12

@@ -12,7 +12,7 @@ from eomgen.errors import EomgenError
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Named, Program
-    from eomgen.compiled.model import Model
+    from eomgen.model import Model
     from eomgen.scene.scene import Scene
 
 #: Parameters that are named with their values.

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eomgen.codegen.program import Program
-    from eomgen.compiled.model import Model
     from eomgen.integrators.methods import Method
+    from eomgen.model import Model
     from eomgen.solvers.consistency import Constrained
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
@@ -172,8 +172,8 @@ def build(
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
     _check_terms(terms)
-    from eomgen.compiled.model import Model  # noqa: PLC0415
     from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+    from eomgen.model import Model  # noqa: PLC0415
     from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
     scene = as_scene(scene)

@@ -16,7 +16,7 @@ from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 
 class Seen(NamedTuple):
@@ -32,7 +32,7 @@ _TURNING, _SLIDING = ("revolute", "cylindrical", "helical"), ("prismatic", "cyli
 BATCH = 8192
 
 
-def seen(model: Model, t: Array, q: Array, p: Array) -> Seen:
+def seen(model: CompiledModel, t: Array, q: Array, p: Array) -> Seen:
     """Return the poses of all bodies, and of the base where it moves, with what else a picture shows."""
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])

@@ -24,7 +24,7 @@ from eomgen.simulation.growth import Growth
 from eomgen.simulation.open_constraints import FAILED, Opened
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
     from eomgen.simulation.inputs import InputSignals
 
 #: Part of the multipliers that rounding may make.
@@ -39,7 +39,7 @@ _ORDER = (
 
 
 def first_non_finite(
-    model: Model, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
+    model: CompiledModel, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
 ) -> tuple[str, bool, tuple[str, str]]:
     """Return the first block that is not finite, whether it is so at the last good state or only where the next step leads, and
     the cause that formulas and angles show there, with what to try.
@@ -64,7 +64,7 @@ def first_non_finite(
     return "", False, ("", "")
 
 
-def _cause(model: Model, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
+def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
     """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
     if left := left_curves(model.scene, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
@@ -76,7 +76,7 @@ def _cause(model: Model, q: Array, values: Mapping[tuple[str, str, int], float])
 
 
 def _values(
-    model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
+    model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
 ) -> dict[tuple[str, str, int], float]:
     """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
     values = {("time", "", 0): t}
@@ -96,7 +96,7 @@ def _values(
     return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
 
 
-def _at(model: Model, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
+def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
     if not np.all(np.isfinite(q)):
         return "q (the configuration)"
     if not np.all(np.isfinite(v)):
@@ -182,7 +182,7 @@ def _more_stable(method: Method) -> str:
     return "a smaller rho_inf" if method.parameters.get("rho_inf", 0) > 0 else "another method"
 
 
-def fast_joint(model: Model, t: float, q: Array, v: Array, p: Array, step: float) -> str:
+def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, step: float) -> str:
     """Return which joint turns too far within a step for its turns to be counted, empty where none does."""
     if not model.angles:
         return ""

@@ -9,7 +9,7 @@ import numpy as np
 from eomgen.arrays import Array
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: Parts of the machine, or rad, by which a constraint may be off: beyond the first it is said, beyond the second it failed.
 SAID, FAILED = 1e-6, 1e-3
@@ -26,7 +26,7 @@ class Opened(NamedTuple):
     what: str
 
 
-def opened(model: Model, t: Array, q: Array, p: Array, largest: float = 0.0) -> Opened | None:
+def opened(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Opened | None:
     """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot tell.
 
     Parameters

@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.model import Model
+from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
@@ -29,7 +29,7 @@ from eomgen.simulation.time_grid import time_grid
 
 @checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
 def resume(
-    model: Model,
+    model: CompiledModel,
     path: str | os.PathLike[str],
     t_end: float | None = None,
     *,
@@ -104,7 +104,7 @@ def resume(
     return solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
 
 
-def _same_parameters(model: Model, known: Array, given: Parameters) -> None:
+def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:
     """Raise UsageError where parameters are given that are not those of the first part."""
     if given is None:
         return

@@ -25,7 +25,7 @@ from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: What a run starts from that was told nothing else, by a scene that says nothing else.
 SCENE_START = "the scene's initial state"
@@ -46,7 +46,7 @@ class Run:
     begun : what the run starts from, in words
     """
 
-    model: Model
+    model: CompiledModel
     name: str
     method: Method
     settings: dict[str, float]
@@ -121,7 +121,9 @@ def start_of(
     doubts: list[str] = []
     if settled:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
-        found = model.equilibrium({"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
+        from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
+
+        found = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
         doubts = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (settled or changed or t != 0.0):

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.model import Model
+from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.generalized_alpha import INDEX_3, GeneralizedAlpha
 from eomgen.integrators.families.taylor import Taylor
@@ -86,7 +86,7 @@ def warnings_of(method: Method, constrained: bool) -> tuple[str, ...]:
     return method.warnings
 
 
-def stepper_library(model: Model, name: str) -> Library:
+def stepper_library(model: CompiledModel, name: str) -> Library:
     """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
@@ -106,7 +106,7 @@ def stepper_library(model: Model, name: str) -> Library:
     return library
 
 
-def check_span(model: Model, library: Library, p: Array, given: Mapping[str, CheckedSignal], grid: TimeGrid) -> None:
+def check_span(model: CompiledModel, library: Library, p: Array, given: Mapping[str, CheckedSignal], grid: TimeGrid) -> None:
     """Raise UsageError where something that is prescribed over time does not serve a run from its start to its end.
 
     Parameters
@@ -122,7 +122,7 @@ def check_span(model: Model, library: Library, p: Array, given: Mapping[str, Che
     check_jumps(library.layout["method"], grid.step)
 
 
-def _check_laws(model: Model, p: Array, start: float, end: float) -> None:
+def _check_laws(model: CompiledModel, p: Array, start: float, end: float) -> None:
     """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
     if all(smooth(law.formula) for law in laws_of(model.scene)):
         return

@@ -16,7 +16,7 @@ from eomgen.analysis.definiteness import beyond_order_in_run, indefinite_mass
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.model import Model
+from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.state import State
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -60,7 +60,7 @@ _BAD_ARGUMENT = 4  # of the steppers' statuses
     **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
 )  # fmt: skip
 def simulate(
-    model: Model,
+    model: CompiledModel,
     t_end: float | None = None,
     step: float | None = None,
     *,
@@ -296,14 +296,14 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
 
 
-def _split(rows: Array, model: Model) -> tuple[Array, Array, Array, Array, Array, Array]:
+def _split(rows: Array, model: CompiledModel) -> tuple[Array, Array, Array, Array, Array, Array]:
     ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
     t, q, v, a, multipliers, z = (np.ascontiguousarray(part) for part in np.split(rows, ends, axis=1))
     return t[:, 0], q, v, a, multipliers, z
 
 
 def _evaluate(
-    model: Model, states: tuple[Array, Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
+    model: CompiledModel, states: tuple[Array, Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return outputs and energies at all recorded rows (t, q, v, a, multipliers, z)."""
     t, q, v, a, multipliers, z = states
@@ -320,13 +320,13 @@ def _evaluate(
     return _joined(outputs), _joined(energies)
 
 
-def outputs_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> dict[str, Array]:
+def outputs_of(model: CompiledModel, state: State, signals: InputSignals | None, p: Array) -> dict[str, Array]:
     """Return the outputs of a state at times (...), with the inputs of the run at these times."""
     u = None if signals is None else signals.rows(state.t.ravel()).reshape(*state.t.shape, model.nu)
     return model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
 
 
-def linear_of(model: Model, state: State, signals: InputSignals | None, p: Array) -> Linearization:
+def linear_of(model: CompiledModel, state: State, signals: InputSignals | None, p: Array) -> Linearization:
     """Return the linear model about a state of a run, with its inputs at that time."""
     from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
 
@@ -339,7 +339,7 @@ def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
 
 
 def _metadata(
-    model: Model, method: str, settings: Mapping[str, float], p: Array, every: int, grid: TimeGrid
+    model: CompiledModel, method: str, settings: Mapping[str, float], p: Array, every: int, grid: TimeGrid
 ) -> dict[str, Any]:
     layout = model.library.layout
     return {

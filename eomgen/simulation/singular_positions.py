@@ -16,7 +16,7 @@ from eomgen.arrays import Array
 from eomgen.lie import product
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 #: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly singular.
 #: Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps looked at.
@@ -43,7 +43,7 @@ class Singular:
         return f"the constraints are nearly singular at t = {self.time:.6g} s, where branches of configurations cross"
 
 
-def nearest_singular(model: Model, t: Array, q: Array, p: Array) -> Singular | None:
+def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Singular | None:
     """Return the position of a run at which its constraints are most nearly singular; None where none is nearly so.
 
     Parameters
@@ -55,7 +55,7 @@ def nearest_singular(model: Model, t: Array, q: Array, p: Array) -> Singular | N
     return _nearest(model, t[chosen], q[chosen], p, 0)
 
 
-def singular_ahead(model: Model, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
+def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
     """Return the most nearly singular position that the next steps of a run come to; None where none is nearly so.
 
     A run's only row is its start, and is looked at alone.
@@ -100,7 +100,7 @@ def passages(count: int) -> str:
     return f"it passed {where} where the constraints are singular, or nearly, and branches cross, each time along its velocity"
 
 
-def _looked_at(model: Model, rows: int) -> NDArray[np.intp]:
+def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
     """Return which of a run's rows are looked at, in increasing order."""
     if not rows:
         return np.zeros(0, np.intp)
@@ -109,7 +109,7 @@ def _looked_at(model: Model, rows: int) -> NDArray[np.intp]:
     return np.union1d(spread, np.arange(max(0, rows - _LAST), rows))
 
 
-def _nearest(model: Model, t: Array, q: Array, p: Array, first: int) -> Singular | None:
+def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> Singular | None:
     """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one by its own.
 
     Parameters

@@ -14,12 +14,12 @@ from eomgen.scene.joints.limit_warnings import beyond_limits
 
 if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
-    from eomgen.compiled.model import Model
+    from eomgen.compiled.model import CompiledModel
 
 _REAL_AXIS = 2.785
 
 
-def unresolved_states(model: Model, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
+def unresolved_states(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
     """Return the same of internal states, whose rates of decay are eigenvalues of -Fz."""
     if "internal_partials" not in model.functions:
         return ""
@@ -29,7 +29,7 @@ def unresolved_states(model: Model, state: InitialState, t: float, u: Array | No
     return _too_fast("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), step)
 
 
-def unresolved_damping(model: Model, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
+def unresolved_damping(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
     """Return what is wrong with a step of Runge and Kutta's method, and what to try; empty when nothing is known to be."""
     if "partials" not in model.functions:
         return ""
@@ -50,7 +50,7 @@ def _too_fast(what: str, fastest: float, step: float) -> str:
     )
 
 
-def starts_beyond_limits(model: Model, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
+def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
     """Return one sentence for each coordinate beyond a limit; of joints between absolute bodies where q has their angles."""
     values = {item.name: item.value for item in model.scene.parameters} | dict(zip(model.parameters, p.tolist(), strict=True))
     places = _places(model)
@@ -62,7 +62,7 @@ def starts_beyond_limits(model: Model, q: NDArray[np.float64], p: NDArray[np.flo
     return [note for joint in stopped for note in beyond_limits(joint, q[places[joint.name]].tolist(), value)]
 
 
-def _places(model: Model) -> dict[str, slice]:
+def _places(model: CompiledModel) -> dict[str, slice]:
     """Return where the coordinates of joints are in q."""
     if model.scene.coordinates != "absolute":
         return {factor.name: factor.q for factor in model.factors}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.model import Model
+from eomgen.model import Model
 
 
 @cache

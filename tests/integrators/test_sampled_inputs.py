@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.compiled.model import Model
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.model import Model
 from eomgen.simulation.settings import stepper_library
 from eomgen.simulation.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.compiled.model import Model
 from eomgen.integrators.stepper_layout import row_layout
+from eomgen.model import Model
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.units.conversion import measure

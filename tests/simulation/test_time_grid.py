@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.model import Model
 from eomgen.errors import UsageError
+from eomgen.model import Model
 from eomgen.simulation.time_grid import time_grid
 
 

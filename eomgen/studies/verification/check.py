@@ -28,7 +28,7 @@ from eomgen.studies.verification.verdict import judged
 from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
-    from eomgen.compiled.model import Model
+    from eomgen.model import Model
     from eomgen.pipeline.pipeline import Described
     from eomgen.scene.scene import Scene
     from eomgen.system.system import System

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.compiled.coordinates import configuration_rate
-from eomgen.compiled.model import Model
 from eomgen.lie.product import update
+from eomgen.model import Model
 from eomgen.symbolic.evaluate import evaluate as evaluate_tape
 from eomgen.system.system import Factor, System
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.coordinates import coordinate_names, elastic_amplitudes
-from eomgen.compiled.model import Model
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.lie.product import update
+from eomgen.model import Model
 from eomgen.studies.verification.claims.claim import FEW, Space, directions
 from eomgen.studies.verification.engines import Array, Engine
 
