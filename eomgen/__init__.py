@@ -10,6 +10,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from eomgen.version import __version__
+
 if TYPE_CHECKING:
     from eomgen.errors import (
         DescriptionError,
@@ -27,8 +29,6 @@ if TYPE_CHECKING:
     from eomgen.scene.builder import SceneBuilder
     from eomgen.scene.scene import Scene
     from eomgen.system.system import System
-
-__version__ = "0.1.0"
 
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),

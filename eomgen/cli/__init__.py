@@ -16,9 +16,9 @@ from typing import TextIO
 
 import click
 
-from eomgen import __version__
 from eomgen.cli.options import debug_option
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.version import __version__
 
 INTERRUPTED = 130
 

@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eomgen import __version__
 from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCurve, ProgramFunction
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
@@ -18,6 +17,7 @@ from eomgen.integrators.step_splitting import jump_data
 from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
+from eomgen.version import __version__
 
 #: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
 WORKSPACE_LIMIT = 500_000

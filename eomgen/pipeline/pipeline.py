@@ -19,6 +19,7 @@ from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
+from eomgen.version import __version__
 
 if TYPE_CHECKING:
     import numpy as np
@@ -358,14 +359,12 @@ def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Build
 
 def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
     """Return all that determines the library, the compiler aside, without deriving anything."""
-    import eomgen  # noqa: PLC0415  # the door may import this module
-
     if not scene.content:
         raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
     options = {
         "terms": list(terms) if terms is not None else None,
         "method": method,
-        "version": eomgen.__version__,
+        "version": __version__,
         "code": _code_stamp(),
     }
     return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import eomgen
 from eomgen.arrays import Array
 from eomgen.errors import FileError, ModelError, Problem
 from eomgen.files import read_arrays, write_arrays
 from eomgen.simulation.stepper import Stepper
 from eomgen.toolchain.library import Library
+from eomgen.version import __version__
 
 FORMAT = 1
 _KIND = "checkpoint"
@@ -56,7 +56,7 @@ class Checkpoint:
         arrays: dict[str, Any] = {"state": self.state, "workspace": self.workspace}
         arrays |= {f"input.{name}": value for name, value in self.inputs.items()}
         arrays |= {f"start.{name}": value for name, value in self.start.items()}
-        write_arrays(path, arrays, {"kind": _KIND, "format": FORMAT, "version": eomgen.__version__, **self.run})
+        write_arrays(path, arrays, {"kind": _KIND, "format": FORMAT, "version": __version__, **self.run})
 
     @classmethod
     def load(cls, path: Path) -> Checkpoint:
