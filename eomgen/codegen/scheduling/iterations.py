@@ -32,14 +32,15 @@ class Turn:
 
     Attributes
     ----------
-    statements : of the turn; its inputs are the components of block ``read``, its outputs, all of number 0, those of ``given``
+    kernel, results : the operations of the turn, whose inputs are the components of block ``read``, and what they give: ``given``
     read, given : expressions of the turn's number (see ``program.Statement``, kind ``repeat``)
     exports : positions in the turn of operations that the workspace keeps
     first : the place of the first one of turn 0; turn k keeps its n exports from ``first + n k`` on
     left : results that no rule covers; they are in the workspace
     """
 
-    statements: tuple[Statement, ...]
+    kernel: Tape
+    results: tuple[Ref, ...]
     read: tuple[Expression, ...]
     given: tuple[Expression, ...]
     exports: tuple[int, ...]
@@ -128,15 +129,13 @@ def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, valu
                 read.append(expression)
             taken.append(inputs[expression])
         known.append(record(kernel, tape.op[turns[0][j]], taken))
-    from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # a function's schedule has loops, a loop's turn is scheduled
 
     given: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
     results = [known[j] for j in exports]
     for j, output, sign, components in columns:
         given.append(("row", output, *rule(components)))
         results.append(sign * known[j])
-    made = schedule(kernel, [results], (READ,), part_limit=10**9, fill=False, roll=False)
-    return Turn(made.parts[0].statements, tuple(read), tuple(given), exports, first, tuple(left))
+    return Turn(kernel, tuple(results), tuple(read), tuple(given), exports, first, tuple(left))
 
 
 def _rows_of_outputs(turns: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Left]]:

@@ -10,14 +10,13 @@ from __future__ import annotations
 from typing import cast
 
 from eomgen.codegen.program import ProgramLoop
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.tape import Tape
 
 
 def program_loop(tape: Tape, number: int) -> ProgramLoop:
     """Return the loop behind Map ``number`` of a tape."""
-    from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # a function's schedule places loops, a loop's kernel is scheduled
-
     loop = cast("Map", tape.maps[number])
     place = {ref: position for position, ref in enumerate(loop.gathered)}
     kernel = schedule(loop.kernel, (loop.sums, loop.last, loop.stacked), KERNEL_BLOCKS, part_limit=10**9, fill=False)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import cast
 
 from eomgen.codegen.program import Expression, Part, Statement
-from eomgen.codegen.scheduling.iterations import Left, copies, runs, turn_of
+from eomgen.codegen.scheduling.iterations import READ, Left, copies, runs, turn_of
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import Roll, find_rolls, is_circular, operands
 from eomgen.symbolic.map import Map
@@ -181,7 +181,8 @@ class LoopWriter(Writer):
                 self.open.inputs.add(plain[1])
         self.open.outputs |= {item[1] for item in turn.given if isinstance(item, tuple) and item[1] != "w"}
         self.open.workspace = True
-        self._emit("repeat", len(loop.turns), turn.statements, turn.read, turn.given)
+        made = schedule(turn.kernel, [turn.results], (READ,), part_limit=10**9, fill=False, roll=False)
+        self._emit("repeat", len(loop.turns), made.parts[0].statements, turn.read, turn.given)
         self._store_all(turn.left)
 
     def _store_all(self, stores: Iterable[Left]) -> None:
