@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+from eomgen.symbolic.calculus.loops import map_jets
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -53,9 +54,7 @@ def jets(tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymb
         elif op is Op.MAP:
             number = tape.a[node]
             if number not in of_maps:
-                from eomgen.symbolic.calculus.loops import map_jets  # noqa: PLC0415  # the jets of its kernel are computed here
-
-                of_maps[number] = map_jets(tape, number, jet, order)
+                of_maps[number] = map_jets(tape, number, jet, order, jets)
             known[node] = of_maps[number][tape.b[node]]
         elif op is Op.CURVE:
             curve, derivative = tape.curves[tape.b[node]]

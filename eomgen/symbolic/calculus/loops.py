@@ -2,6 +2,7 @@
 
 The kernel is differentiated once, whatever the number of elements; derivatives of carries are carries (Griewank and Walther
 2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
+What differentiates the kernel is an argument, since a kernel may hold loops itself.
 """
 
 from __future__ import annotations
@@ -10,15 +11,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
-from eomgen.symbolic.calculus.jets import jets
-from eomgen.symbolic.calculus.partials import forward_partials, weighted_gradient
 from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
+#: ``partials.forward_partials``, ``jets.jets`` and ``partials.weighted_gradient``.
+ForwardPartials = Callable[[Tape, Sequence[Ref], Mapping[Ref | InputSymbol, Mapping[int, Ref]]], list[Tangent]]
+Jets = Callable[[Tape, Sequence[Ref], Mapping[Ref | InputSymbol, Sequence[Ref]], int], list[list[Ref]]]
+WeightedGradient = Callable[[Tape, Sequence[Ref], Sequence[Ref], Sequence[Ref]], list[Ref]]
 
-def map_partials(tape: Tape, number: int, tangents: Mapping[int, Tangent]) -> list[Tangent]:
+
+def map_partials(
+    tape: Tape, number: int, tangents: Mapping[int, Tangent], forward_partials: ForwardPartials
+) -> list[Tangent]:
     """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
 
     One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached by few of
@@ -30,7 +36,7 @@ def map_partials(tape: Tape, number: int, tangents: Mapping[int, Tangent]) -> li
     reached = sum(len(tangent) for symbol, column in outer.items() if symbol.block == "gather" for tangent in column)
     slots = sum(any(column) for symbol, column in outer.items() if symbol.block == "gather")
     if not loop.initial and 4 * reached < loop.count * slots * len(directions):
-        return _combined_partials(tape, loop, outer)
+        return _combined_partials(tape, loop, outer, forward_partials)
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for direction in directions:
@@ -41,7 +47,9 @@ def map_partials(tape: Tape, number: int, tangents: Mapping[int, Tangent]) -> li
     return growth.finish(tape, forward_partials(growth.kernel, growth.refs, seeds))
 
 
-def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int) -> list[list[Ref]]:
+def map_jets(
+    tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets
+) -> list[list[Ref]]:
     """Return the jet of every result of a Map, numbered like its results, from the jets of outer references."""
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -63,7 +71,9 @@ def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order
     return [[value, *(row.get(k, ZERO) for k in range(1, order + 1))] for value, row in zip(values, rows, strict=True)]
 
 
-def map_adjoints(tape: Tape, number: int, adjoints: Mapping[int, Ref]) -> list[tuple[Ref, Ref]]:
+def map_adjoints(
+    tape: Tape, number: int, adjoints: Mapping[int, Ref], weighted_gradient: WeightedGradient
+) -> list[tuple[Ref, Ref]]:
     """Return (outer reference, its adjoint) for all that a Map gathers, from {number of result: adjoint}."""
     loop = cast("Map", tape.maps[number])
     kernel = Tape()
@@ -175,7 +185,9 @@ class _Growth:
         return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
 
 
-def _combined_partials(tape: Tape, loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]]) -> list[Tangent]:
+def _combined_partials(
+    tape: Tape, loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]], forward_partials: ForwardPartials
+) -> list[Tangent]:
     active = [symbol for symbol, column in outer.items() if any(column)]
     kernel = Tape()
     refs = splice(kernel, loop.kernel, loop.kernel_refs, {})

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.symbolic.calculus.configuration import tangent_seeds
+from eomgen.symbolic.calculus.loops import map_adjoints, map_partials
 from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.operations import LEAVES, UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -55,9 +56,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
         if op is Op.MAP:
             number = tape.a[node]
             if number not in maps:
-                from eomgen.symbolic.calculus.loops import map_partials  # noqa: PLC0415  # its kernels are differentiated here
-
-                maps[number] = map_partials(tape, number, tangents)
+                maps[number] = map_partials(tape, number, tangents, forward_partials)
             tangent = maps[number][tape.b[node]]
         else:
             tangent = node_tangent(tape, node, op, tangents)
@@ -107,9 +106,7 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             if follow:
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
             if not pending[number] and number in of_maps:  # the first recorded of its results: all adjoints are complete
-                from eomgen.symbolic.calculus.loops import map_adjoints  # noqa: PLC0415  # as in forward_partials
-
-                for ref, adjoint in map_adjoints(tape, number, of_maps[number]):
+                for ref, adjoint in map_adjoints(tape, number, of_maps[number], weighted_gradient):
                     _accumulate(tape, adjoints, ref, adjoint)
         elif follow and op not in LEAVES:
             operands = tape.operands(node)
