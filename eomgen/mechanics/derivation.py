@@ -23,9 +23,6 @@ from eomgen.mechanics.forces.tyres import OFFERED
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
-from eomgen.mechanics.terms.forward_dynamics import forward_dynamics
-from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
-from eomgen.mechanics.terms.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
 from eomgen.mechanics.tree.absolute import build_absolute_tree
 from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
@@ -47,7 +44,7 @@ MANY = 64
 
 
 class Derivation:
-    """Trees, loads and constraints of one scene on one tape; each method named as a term returns its blocks."""
+    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks (``terms.recorders``)."""
 
     def __init__(self, scene: Scene, without_rows: Sequence[int] = ()) -> None:
         self.scene = scene
@@ -141,9 +138,6 @@ class Derivation:
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
-    def forward_dynamics(self) -> list[Block]:
-        return [self._vector("vdot", forward_dynamics(self), "time derivative of v")]
-
     @property
     def large(self) -> bool:
         """Whether the partials of the whole tree should not be recorded unasked, but those of each step of its recursion."""
@@ -232,29 +226,6 @@ class Derivation:
             with self.tape.block(f"output {output.name}"):
                 values += [self.quantities.formula(formula) for formula in output.values]
         return [self.block("y", (len(values),), values, "named outputs, in order")]
-
-    def linearization(self) -> list[Block]:
-        return linearization(self)
-
-    def output_partials(self) -> list[Block]:
-        return output_partials(self)
-
-    def acceleration_partials(self) -> list[Block]:
-        return acceleration_partials(self)
-
-    def joint_velocities(self) -> list[Block]:
-        return joint_velocity_partials(self)
-
-    # -- what implicit steppers evaluate ------------------------------------------------------------------------------
-
-    def equations(self) -> list[Block]:
-        return equations(self)
-
-    def iteration(self) -> list[Block]:
-        return iteration(self)
-
-    def jacobian_values(self) -> list[Block]:
-        return jacobian_values(self)
 
     def joint_angles(self) -> list[Block]:
         """Return the angles that are counted over turns, and their rates."""

@@ -15,6 +15,7 @@ from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS, rate_blocks
+from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
@@ -220,8 +221,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if name in RATE_TERMS:
         return rate_blocks(derivation, RATE_TERMS[name])
-    found: Sequence[Block] = getattr(derivation, name)()
-    return found
+    return RECORDERS[name](derivation)
 
 
 def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, Function]:

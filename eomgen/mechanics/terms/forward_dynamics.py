@@ -5,16 +5,19 @@ Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.articulated_bodies import articulated_forward
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.kinematics.fields import total_fields
 from eomgen.symbolic.scalar import Scalar
+from eomgen.system.system import Block
 
-if TYPE_CHECKING:
-    from eomgen.mechanics.derivation import Derivation
+
+def forward_blocks(derivation: Derivation) -> list[Block]:
+    """Return vdot as the block of the term ``forward_dynamics``."""
+    values = forward_dynamics(derivation)
+    return [derivation.block("vdot", (len(values),), values, "time derivative of v")]
 
 
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:

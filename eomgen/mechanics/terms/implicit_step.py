@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.extended_system import extended_partials, pattern
 from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import Block
-
-if TYPE_CHECKING:
-    from eomgen.mechanics.derivation import Derivation
 
 
 def equations(derivation: Derivation) -> list[Block]:

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from eomgen.mechanics.constraints.joint_velocities import joint_velocities
+from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.symbolic.calculus.partials import forward_partials
@@ -20,9 +20,6 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import BASE_LAYOUT, Block
-
-if TYPE_CHECKING:
-    from eomgen.mechanics.derivation import Derivation
 
 #: Groups of columns: the letter of their blocks, and what the columns are.
 _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"), ("lam", "dlam"))

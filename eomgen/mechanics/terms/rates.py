@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.dynamics.separated import mass_matrix
 from eomgen.mechanics.kinematics.wrenches import Wrench
@@ -18,13 +18,12 @@ from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
 from eomgen.mechanics.rates.paths import Path, cross_path, seen_from
 from eomgen.mechanics.rates.recursion import Drive, inverse_dynamics_path
 from eomgen.mechanics.rates.system_matrices import SystemMatrices
+from eomgen.mechanics.terms.forward_dynamics import forward_blocks
+from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.symbolic.scalar import Scalar, minus, plus
 from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.system import Block
 from eomgen.system.terms import CLOSED_MATRICES, HIGHEST_RATE
-
-if TYPE_CHECKING:
-    from eomgen.mechanics.derivation import Derivation
 
 Inputs = tuple[str, ...]
 _STATE: Inputs = ("p", "t", "q", "v", "z", "u", "base")
@@ -132,7 +131,7 @@ def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Blo
     """Return a quantity as a block, and the derivatives of its components up to an order."""
     if source in CLOSED_MATRICES or source.startswith("closed_"):
         return closed_block(derivation, source, order)
-    (block,) = getattr(derivation, source)()
+    (block,) = RECORDERS[source](derivation)
     if source == "forward_dynamics":
         return block, forward_rates(derivation, order)
     ways = []
@@ -174,7 +173,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     """
     tree = derivation.tree
     if derivation.deep and not (tree.following or tree.elastic):
-        (block,) = derivation.forward_dynamics()
+        (block,) = forward_blocks(derivation)
         return motion_jets(derivation).along_flow(block.refs, order)
     M = mass_matrix(derivation.grouped, derivation.composites)
     (tau,) = derivation.inverse_dynamics()

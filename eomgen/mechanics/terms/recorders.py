@@ -1,0 +1,44 @@
+"""What records each term that is no time derivative: the one table of terms and the functions that give their blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.terms.forward_dynamics import forward_blocks
+from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
+from eomgen.mechanics.terms.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
+from eomgen.system.system import Block
+
+RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
+    "mass": Derivation.mass,
+    "coupling": Derivation.coupling,
+    "force": Derivation.force,
+    "base_motion": Derivation.base_motion,
+    "inverse_dynamics": Derivation.inverse_dynamics,
+    "forward_dynamics": forward_blocks,
+    "residual": Derivation.residual,
+    "partials": Derivation.partials,
+    "internal_rate": Derivation.internal_rate,
+    "internal_partials": Derivation.internal_partials,
+    "constraint": Derivation.constraint,
+    "constraint_velocity": Derivation.constraint_velocity,
+    "constraint_bias": Derivation.constraint_bias,
+    "constraint_jacobian": Derivation.constraint_jacobian,
+    "constraint_size": Derivation.constraint_size,
+    "velocity_partials": Derivation.velocity_partials,
+    "equations": equations,
+    "iteration": iteration,
+    "jacobian_values": jacobian_values,
+    "poses": Derivation.poses,
+    "twists": Derivation.twists,
+    "accelerations": Derivation.accelerations,
+    "jacobians": Derivation.jacobians,
+    "outputs": Derivation.outputs,
+    "elastic": Derivation.elastic,
+    "linearization": linearization,
+    "acceleration_partials": acceleration_partials,
+    "output_partials": output_partials,
+    "joint_velocities": joint_velocity_partials,
+    "energy": Derivation.energy,
+}
