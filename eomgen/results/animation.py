@@ -11,7 +11,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +20,30 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
+from eomgen.results.scenery import Seen
 from eomgen.scene.bodies.model import BASE, WORLD
-
-if TYPE_CHECKING:
-    from eomgen.results.solution import Solution
 
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 _SCRIPTS = {"style": "animation.css", "geometry": "geometry.js", "stage": "stage.js", "drawing": "drawing.js", "page": "page.js"}
 
 
-def write_animation(solution: Solution, path: str | Path) -> Path:
+class Animated(Protocol):
+    """What a page shows: a ``Solution``."""
+
+    @property
+    def t(self) -> Array: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def metadata(self) -> Mapping[str, Any]: ...
+    @property
+    def seen(self) -> Seen: ...
+
+
+def write_animation(solution: Animated, path: str | Path) -> Path:
     """Write a solution's motion as one HTML file: all in it, nothing fetched; return its path.
 
     Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page interpolates.
@@ -55,7 +68,7 @@ def check_name(path: Path) -> Path:
     return path
 
 
-def animation_page(solution: Solution) -> str:
+def animation_page(solution: Animated) -> str:
     """Return the text of the page; see ``write_animation``."""
     seen = solution.seen
     try:
@@ -76,7 +89,7 @@ def _harmless(text: str) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _packed(solution: Solution, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
+def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
     """Return the page's data; bodies are numbered in the order of the poses, -1 is the world."""
     carriers = {name: number for number, name in enumerate(poses)}
     stacked = np.stack(list(poses.values()), axis=1)
