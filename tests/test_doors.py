@@ -6,7 +6,10 @@ import ast
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from enum import Enum, auto
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -15,81 +18,302 @@ import eomgen
 
 PACKAGE = Path(eomgen.__file__).parent
 
-#: For each room: the other rooms that it may import, or the one module that is open. What is not here may use everything.
+#: For each room: the other rooms that it may import, or the one module of a room. Every room is here.
 DOORS: dict[str, set[str]] = {
+    # what every room may need
+    "version": set(),
+    "arrays": set(),
     "errors": set(),
-    "calls": {"errors", "scene.names", "scene.term_names"},
-    "scene": {"errors", "calls"},
-    "symbolic": {"errors"},
-    "lie": {"errors", "symbolic"},
-    "system": {"errors", "calls", "scene.term_names", "symbolic"},
-    "mechanics": {"errors", "symbolic", "lie", "scene", "system"},
-    "integrators": {"errors", "lie", "symbolic.evaluate"},  # pivots are chosen by sample values of a System
-    "linear": {"errors", "lie"},
-    "motion_laws": {"errors", "mechanics.formulas", "scene", "symbolic"},
-    "codegen": {"errors", "resources", "system", "symbolic", "lie", "integrators"},
-    "build": {"errors"},
-    "control": {"errors"},
+    "text": set(),
+    "calls": {"errors", "system.terms", "text"},
+    "files": {"arrays", "errors"},
     "resources": {"errors"},
-    "runtime": {
-        "errors", "calls", "resources", "build", "codegen.layout", "integrators", "lie", "linear", "motion_laws", "scene",
+    # arrays and C alone
+    "toolchain": {"errors"},
+    "control": {"arrays", "errors"},
+    "solvers": {"arrays", "errors", "lie"},
+    "linear": {"arrays", "errors", "lie"},
+    # from a description to C
+    "symbolic": set(),
+    "lie": {"symbolic"},
+    "system": {"calls", "errors", "symbolic", "text"},
+    "scene": {"arrays", "calls", "errors", "system.terms", "text"},
+    "mechanics": {"arrays", "errors", "lie", "scene", "symbolic", "system"},
+    "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
+    "codegen": {"errors", "integrators", "resources", "symbolic", "system", "version"},
+    # a compiled model, and what it can do
+    "compiled": {"arrays", "calls", "errors", "lie", "scene", "solvers", "system.terms", "text", "toolchain"},
+    "results": {"arrays", "calls", "compiled", "errors", "files", "lie", "linear", "resources", "scene"},
+    "analysis": {"arrays", "compiled", "errors", "lie", "linear", "scene", "solvers"},
+    "simulation": {
+        "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "integrators", "lie", "linear",
+        "mechanics.prescribed_motion", "results", "scene", "toolchain", "version",
     },
+    "model": {"analysis", "calls", "compiled", "linear", "results", "simulation"},
+    # verbs
+    "pipeline": {
+        "arrays", "calls", "codegen", "control", "errors", "integrators", "linear", "mechanics", "model", "scene", "solvers",
+        "symbolic", "system", "text", "toolchain", "version",
+    },
+    "studies": {
+        "analysis", "compiled", "errors", "files", "lie", "mechanics", "model", "pipeline", "scene", "symbolic", "system", "text",
+    },
+    "cli": {
+        "analysis", "compiled", "errors", "files", "linear", "mechanics", "model", "pipeline", "results", "scene", "simulation",
+        "studies", "system", "text", "toolchain", "version",
+    },
+    "__main__": {"cli"},
+}  # fmt: skip
+
+#: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
+ORDER: dict[str, tuple[str, ...]] = {
+    "scene": (
+        "geometry joint_types words",
+        "units",
+        "formula",
+        "reading",
+        "signals",
+        "bodies",
+        "joints",
+        "forces",
+        "control",
+        "scene",
+        "disturbances document prescribed_motion",
+        "sources",
+        "load",
+        "builder",
+    ),
+    "mechanics": (
+        "discontinuities expressions extent shape_functions",
+        "prescribed_motion tree",
+        "kinematics summary",
+        "forces",
+        "constants constraints dynamics rates",
+        "derivation",
+        "initial_coordinates terms",
+        "derive",
+        "savings",
+    ),
+    "codegen": (
+        "program",
+        "metadata scheduling",
+        "series targets",
+        "convert folder",
+    ),
+    "symbolic": (
+        "operations",
+        "tape",
+        "map periodic scalar",
+        "calculus evaluate kernel rotation series",
+        "reading",
+    ),
+    "integrators": (
+        "families newton step_splitting",
+        "methods stepper_layout",
+        "stepper_data",
+    ),
+    "studies.verification": (
+        "engines",
+        "claims",
+        "differences states tolerances",
+        "kinks report",
+        "verdict",
+        "check",
+    ),
+}
+
+#: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
+LATE: dict[str, dict[str, str]] = {
+    "eomgen": {"calls": "for a mistake only"},
+    "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
+    "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
+    "pipeline.pipeline": {
+        "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
+    },
+    "results.solution": {"results.animation": "solutions are used without it"},
+    "scene.document.units": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.signals.curves": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.units.labels": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.load": {
+        "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
+        "scene.sources": "most scenes include nothing, and are no URDF",
+    },
+    "scene.sources.include": {"scene.sources.urdf": "most scenes include no URDF"},
+    "simulation.settings": {"mechanics.prescribed_motion": "it evaluates on the tape; most scenes prescribe smooth motions"},
+    "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
+    "simulation.simulate": {"analysis.linearize": "SciPy; only linear models about motions need it"},
+    "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 
-def _modules() -> Iterator[tuple[str, Path]]:
+class Kind(Enum):
+    """When an import happens: with its module, within a function, or for type checkers only."""
+
+    TOP = auto()
+    LATE = auto()
+    TYPING = auto()
+
+
+@cache
+def _modules() -> tuple[tuple[str, Path], ...]:
+    found = []
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
-        yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts), path
+        found.append((".".join(parts[:-1] if parts[-1] == "__init__" else parts), path))
+    return tuple(found)
 
 
-def _imports(path: Path) -> Iterator[tuple[str, bool]]:
-    """Yield every imported module, and whether it is for type checkers only."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    typing_only = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        for inner in ast.walk(node)
-    }
-    for node in ast.walk(tree):
+@cache
+def _imports(path: Path) -> tuple[tuple[str, Kind], ...]:
+    """Return every imported module, and when it is imported."""
+    kinds: dict[ast.AST, Kind] = {}
+
+    def walk(node: ast.AST, kind: Kind) -> None:
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            kind = Kind.TYPING
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            kind = Kind.LATE
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            kinds[node] = kind
+        for child in ast.iter_child_nodes(node):
+            walk(child, kind)
+
+    walk(ast.parse(path.read_text(encoding="utf-8")), Kind.TOP)
+    found = []
+    for node, kind in kinds.items():
         if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield alias.name, id(node) in typing_only
+            found += [(alias.name, kind) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative imports hide which door is used"
             module = node.module or ""
             submodules = [f"{module}.{alias.name}" for alias in node.names]
-            yield from ((name if _is_module(name) else module, id(node) in typing_only) for name in submodules)
+            found += [(name if _is_module(name) else module, kind) for name in submodules]
+    return tuple(dict.fromkeys(found))
 
 
+@cache
 def _is_module(name: str) -> bool:
     path = PACKAGE.parent.joinpath(*name.split("."))
     return path.with_suffix(".py").is_file() or path.is_dir()
+
+
+def _own() -> Iterator[tuple[str, str, Kind]]:
+    """Yield importing module, imported module and kind of all imports within the package, names without ``eomgen.``."""
+    for module, path in _modules():
+        for name, kind in _imports(path):
+            if name.split(".")[0] == "eomgen":
+                yield module, name.removeprefix("eomgen").removeprefix("."), kind
 
 
 def _may(room: str, target: str) -> bool:
     return any(target == door or target.startswith(door + ".") for door in {room, *DOORS[room]})
 
 
+def test_every_room_is_in_the_table() -> None:
+    assert {module.split(".")[0] for module, _ in _modules()} - {""} == set(DOORS)
+
+
 @pytest.mark.parametrize("room", DOORS)
-def test_doors_open_downwards_only(room: str) -> None:
+def test_rooms_import_what_their_doors_allow(room: str) -> None:
+    wrong = [f"{module} imports {name}" for module, name, _ in _own() if module.split(".")[0] == room and not _may(room, name)]
+    assert wrong == []
+
+
+def test_no_door_is_open_for_nobody() -> None:
+    used = [(module.split(".")[0], name) for module, name, _ in _own()]
+    stale = [
+        f"{room} -> {door}"
+        for room, doors in DOORS.items()
+        for door in doors
+        if not any(user == room and (name == door or name.startswith(door + ".")) for user, name in used)
+    ]
+    assert stale == []
+
+
+@cache
+def _open(room: str, name: str) -> tuple[str, ...]:
+    """Return a list that the ``__init__`` of a room declares; nothing where it declares none."""
+    tree = ast.parse((PACKAGE.joinpath(*room.split(".")) / "__init__.py").read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name:
+            return tuple(ast.literal_eval(node.value))
+    return ()
+
+
+def _passed(module: str, target: str) -> Iterator[tuple[str, str, str]]:
+    """Yield the doors that an import passes: the room, what is imported of it, and the list that has to name it."""
+    parts, own = target.split("."), module.split(".")
+    common = 0
+    while common < min(len(parts), len(own)) and parts[common] == own[common]:
+        common += 1
+    for depth in range(common + 1, len(parts)):
+        within = depth - 1 == common and common > 0  # both are in the room that holds this one
+        yield ".".join(parts[:depth]), parts[depth], "WITHIN" if within else "__all__"
+
+
+def test_modules_are_imported_through_the_doors_of_their_rooms() -> None:
     wrong = [
-        f"{module} imports {name}"
-        for module, path in _modules()
-        if module.split(".")[0] == room
-        for name, _ in _imports(path)
-        if name.startswith("eomgen.") and not _may(room, name.removeprefix("eomgen."))
+        f"{module} imports {target}: {name} is not in {which} of {room}"
+        for module, target, _ in _own()
+        for room, name, which in _passed(module, target)
+        if name not in _open(room, "__all__") and not (which == "WITHIN" and name in _open(room, "WITHIN"))
     ]
     assert wrong == []
 
 
-def test_every_room_has_been_walked() -> None:
-    found = {module.split(".")[0] for module, _ in _modules()}
-    assert set(DOORS) <= found
-    assert {"pipeline", "cli"} <= found
+def test_rooms_name_only_what_others_import() -> None:
+    passed = {door for module, target, _ in _own() for door in _passed(module, target)}
+    outside = {(room, name) for room, name, which in passed if which == "__all__"}
+    stale = []
+    for room in sorted({module.rpartition(".")[0] for module, _ in _modules()} - {""}):
+        modules = [name for name in _open(room, "__all__") if _is_module(f"eomgen.{room}.{name}")]
+        stale += [f"{room}.{name}" for name in modules if (room, name) not in outside]
+        stale += [f"{room}.{name}" for name in _open(room, "WITHIN") if (room, name, "WITHIN") not in passed]
+    assert stale == []
+
+
+@pytest.mark.parametrize("room", ORDER)
+def test_parts_of_a_room_import_from_those_before_them(room: str) -> None:
+    level = {part: number for number, line in enumerate(ORDER[room]) for part in line.split()}
+    found = {module.removeprefix(room + ".").split(".")[0] for module, _ in _modules() if module.startswith(room + ".")}
+    assert set(level) == found
+    wrong = []
+    for module, name, _ in _own():
+        if module.startswith(room + ".") and name.startswith(room + "."):
+            user, part = (text.removeprefix(room + ".").split(".")[0] for text in (module, name))
+            if user != part and level[part] >= level[user]:
+                wrong.append(f"{module} imports {name}")
+    assert wrong == []
+
+
+def test_files_import_one_another_in_no_circle() -> None:
+    graph: dict[str, set[str]] = {}
+    for module, name, _ in _own():
+        if module != name:
+            graph.setdefault(module, set()).add(name)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+def _reason(module: str, target: str, table: Mapping[str, Mapping[str, str]]) -> tuple[str, str] | None:
+    for user, targets in table.items():
+        if module == user or module.startswith(user + ".") or (user == "eomgen" and not module):
+            for name in targets:
+                if not name or target == name or target.startswith(name + "."):
+                    return user, name
+    return None
+
+
+def test_imports_within_functions_have_a_reason() -> None:
+    late = [(module, target) for module, target, kind in _own() if kind is Kind.LATE]
+    wrong = [f"{module} imports {target} within a function" for module, target in late if _reason(module, target, LATE) is None]
+    assert wrong == []
+    used = {_reason(module, target, LATE) for module, target in late}
+    assert {(user, name) for user, targets in LATE.items() for name in targets} - used == set()
 
 
 def test_sympy_is_imported_where_laws_are_derived_only() -> None:
@@ -97,8 +321,8 @@ def test_sympy_is_imported_where_laws_are_derived_only() -> None:
         module
         for module, path in _modules()
         if module.split(".")[0] not in SYMPY_ROOMS
-        for name, typing_only in _imports(path)
-        if name.split(".")[0] == "sympy" and not typing_only
+        for name, kind in _imports(path)
+        if name.split(".")[0] == "sympy" and kind is not Kind.TYPING
     ]
     assert wrong == []
 
@@ -162,8 +386,3 @@ def test_a_cached_model_runs_without_sympy(tmp_path: Path) -> None:
     assert first.startswith("True ['sympy', 'jinja2'")
     assert second.startswith("True []")
     assert float(second.split()[-1]) < float(first.split()[-1])
-
-
-def test_the_public_function_build_survives_the_import_of_the_folder_of_that_name() -> None:
-    code = "import eomgen.toolchain.cache, eomgen; from eomgen.build import cache; print(eomgen.build.__name__, cache.Cache.__name__)"
-    assert _run(code).split() == ["build", "Cache"]

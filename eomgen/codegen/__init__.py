@@ -1,1 +1,3 @@
-"""System -> Program -> C text."""
+"""System -> Program -> text of a target language."""
+
+__all__ = ["convert", "folder", "metadata", "program", "targets"]

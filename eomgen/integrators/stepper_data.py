@@ -224,7 +224,7 @@ def _form_text(method: GeneralizedAlpha, unknowns: Unknowns) -> str:
 
 
 def _weights(method: GeneralizedAlpha, step: float) -> list[float]:
-    """Return the weights of an iteration matrix, in the order of ``iteration_matrix.WEIGHTS``."""
+    """Return the weights of an iteration matrix, in the order of ``newton.matrix.WEIGHTS``."""
     g = float(method.gamma / method.beta)
     b = float((1 - method.alpha_m) / (method.beta * (1 - method.alpha_f)))
     return [b, step * g, step * step, g, step, 1.0, step * float(method.rate_gain)]

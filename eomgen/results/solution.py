@@ -105,7 +105,7 @@ class Solution:
         return self.seen.poses
 
     def animate(self, path: str | Path) -> Path:
-        """Write the motion as one HTML file that needs nothing but a browser; see ``runtime.animation.write_animation``."""
+        """Write the motion as one HTML file that needs nothing but a browser; see ``results.animation.write_animation``."""
         from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
 
         return write_animation(self, path)

@@ -1,1 +1,3 @@
 """C text -> loaded library: compiler, cffi, cache. Knows no mechanics."""
+
+__all__ = ["builder", "doctor", "library"]

@@ -123,7 +123,7 @@ COPIED_FROM = 8
 
 
 class LoopWriter(Writer):
-    """Writes the loops that ``rolling`` found; it is the ``turns.Values`` of each."""
+    """Writes the loops that ``rolling`` found; it is the ``iterations.Values`` of each."""
 
     def _circular(self) -> None:
         """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through them."""

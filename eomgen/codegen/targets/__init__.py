@@ -1,1 +1,3 @@
 """Target languages, one room each: names, printer, files."""
+
+__all__ = ["c"]

@@ -72,7 +72,7 @@ def make_solver(
     unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float,
     owners: Sequence[int] = (),
 ) -> Solver:
-    """Choose the pivots by samples of the matrix with the given weights (see ``iteration_matrix.WEIGHTS``).
+    """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
     They must serve for consistent accelerations too.
     """

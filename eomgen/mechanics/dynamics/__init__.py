@@ -1,1 +1,5 @@
 """The equations in separated form: M, h, b, Q, their partials, forward dynamics, energies."""
+
+__all__ = []
+#: Open to the other parts of ``mechanics`` as well.
+WITHIN = ["articulated_bodies", "beam_matrices", "elimination", "energy", "extended_system", "partials", "separated"]

@@ -1,1 +1,5 @@
 """Time derivatives of generalized forces and accelerations: recursion, jets, closed form."""
+
+__all__ = []
+#: Open to the other parts of ``mechanics`` as well.
+WITHIN = ["closed_form", "drivers", "jets", "paths", "recursion", "system_matrices"]

@@ -1,1 +1,5 @@
 """The tree of links: joints as chains of elementary motions, base, inertias, beams as links that deform."""
+
+__all__ = []
+#: Open to the other parts of ``mechanics`` as well.
+WITHIN = ["absolute", "base", "beam_body", "beam_links", "build", "grouping", "inertia", "joints", "links"]

@@ -11,7 +11,7 @@ from eomgen.scene.formula.nodes import Formula
 
 @dataclass(frozen=True)
 class Calibration:
-    """How the gains of a state feedback are found, see ``schema_control.Calibration``; weights by name."""
+    """How the gains of a state feedback are found, see ``control.schema.Calibration``; weights by name."""
 
     method: Literal["lqr", "imsc", "pole_placement"]
     at: Literal["equilibrium", "initial"] = "equilibrium"

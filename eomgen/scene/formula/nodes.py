@@ -1,6 +1,6 @@
 """The parsed form of a user's formula: a small closed set of nodes, data only.
 
-Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``formula.py``.
+Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``parser.py``.
 """
 
 from __future__ import annotations

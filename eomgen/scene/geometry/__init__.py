@@ -1,1 +1,5 @@
 """Rotations and mass properties as numbers; knows nothing of scenes."""
+
+__all__ = ["rotations"]
+#: Open to the other parts of ``scene`` as well.
+WITHIN = ["inertia"]

@@ -1,6 +1,6 @@
 """Joints whose motion no inertia resists because of what lies beyond them, as of a free root link without mass.
 
-A joint that carries nothing is refused where it stands (``motion.check_motion``). Here it carries something, but joints beyond it
+A joint that carries nothing is refused where it stands (``moved_inertia``). Here it carries something, but joints beyond it
 can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position. Elimination by
 articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by joint.
 """

@@ -209,7 +209,7 @@ def _limits(unit: str) -> Row:
     return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
 
 
-#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene, ``motion.Movable``.
+#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene, ``moved_inertia.Movable``.
 RELATIONS: Mapping[str, Row] = {
     "inertia": Row(
         ("bodies.inertia",),

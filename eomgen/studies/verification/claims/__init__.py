@@ -1,1 +1,5 @@
 """What each closed form claims: its value, the function it is a derivative of, a second derivation."""
+
+__all__ = []
+#: Open to the other parts of ``studies.verification`` as well.
+WITHIN = ["beams", "bodies", "claim", "linear_models", "motion", "partials", "rates"]
