@@ -171,6 +171,18 @@ class _Rows:
         """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``, (rows,)."""
         return np.maximum(CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds))
 
+    def lever(self, row: int) -> float:
+        """Return by how much turning moves what a row measures, in m per rad; 0 for rows of angles."""
+        return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
+
+    def at_long_lever(self, row: int) -> bool:
+        """Return whether velocities along a row's direction, which it has in full, are beside its turns too little to be told."""
+        straight = np.where(self.angular, 0.0, self.B[row])
+        if not np.max(np.abs(straight), initial=0.0) > 0.1:
+            return False
+        part = float(np.linalg.norm(np.linalg.solve(self.metric, straight)))
+        return part < 10.0 * REDUNDANT * float(np.linalg.norm(self.weighed[row]))
+
     @cached_property
     def metric(self) -> Array:
         """L of M = L L^T; coordinates that nothing resists at this configuration are given a trifle of inertia."""
@@ -332,14 +344,20 @@ def _contradiction(
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = f"the {what} of the constraints cannot be met together: after {iterations} corrections still off: {'; '.join(worst)}"
     first = int(order[0])
-    lever = float(np.max(np.abs(rows.B[first][rows.angular]), initial=0.0)) if rows.lengths[first] else 0.0
-    if lever * SINGULAR > rows.extent[first]:
-        text += f"; turning moves {names[first]} by {lever:.3g} m per rad, where what it joins measures "
-        text += f"{rows.extent[first]:.3g} m"
-        hint = "the two frames of the constraint near each other, or its first and second exchanged"
+    if rows.lever(first) * SINGULAR > rows.extent[first]:
+        text += f"; {_long_lever(rows, names, first)}"
+        hint = _NEARER_FRAMES
     else:
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
     return ModelError(Problem("constraints", text, hint))
+
+
+_NEARER_FRAMES = "the two frames of the constraint near each other, or its first and second exchanged"
+
+
+def _long_lever(rows: _Rows, names: Sequence[str], row: int) -> str:
+    text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
+    return f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text
 
 
 @dataclass(frozen=True)
@@ -414,10 +432,19 @@ def redundancy(
         take(lefts[best], parts_of[best])
         if max(parts_of[best]) < ALMOST_REDUNDANT:
             hardly[best] = max(parts_of[best])
+    far = [row for row in looked_at if here.at_long_lever(row)] if waiting else []
+    if far:
+        raise _lever_too_long(system, here, far[0], waiting)
     hidden = [row for row in waiting if all(place.hides(row, rest) for place, rest in zip(places, rests(row), strict=True))]
     if hidden:
         raise _too_far_away(system, here, hidden)
     return Redundancy(tuple(waiting), hardly)
+
+
+def _lever_too_long(system: Constrained, here: _Rows, row: int, dependent: Sequence[int]) -> ModelError:
+    listed = ", ".join(system.names[row] for row in dependent[:_LISTED])
+    what = f"{_long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
+    return ModelError(Problem("constraints", what, f'{_NEARER_FRAMES}, or coordinates = "joint"'))
 
 
 def _too_far_away(system: Constrained, here: _Rows, rows: Sequence[int]) -> ModelError:
