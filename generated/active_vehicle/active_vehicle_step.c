@@ -859,10 +859,10 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
     for (i = 0; i < 7; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * active_vehicle_EPSILON * EG_ABS(q[i])))
             within_spacing = 0;
+    if (!(step * active_vehicle_size(correction, work) <= K(4.0) * active_vehicle_EPSILON * active_vehicle_extent(q, work))) /* velocities may change where positions do not */
+        within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(active_vehicle_size_of_correction(work));
-    if (!(step * active_vehicle_size(correction, work) <= K(64.0) * EG_SQRT(active_vehicle_EPSILON) * active_vehicle_extent(work->q, work)))
-        return 0;
     size_near = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near, work, statistics);
     size_far = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far, work, statistics);
     active_vehicle_add(scale, correction, K(1.0), work);

@@ -826,10 +826,10 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
     for (i = 0; i < 7; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * free_spinning_body_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
             within_spacing = 0;
+    if (!(step * free_spinning_body_size(correction, work) <= K(4.0) * free_spinning_body_EPSILON * free_spinning_body_extent(q, work))) /* velocities may change where positions do not */
+        within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(free_spinning_body_size_of_correction(work));
-    if (!(step * free_spinning_body_size(correction, work) <= K(64.0) * EG_SQRT(free_spinning_body_EPSILON) * free_spinning_body_extent(work->q, work)))
-        return 0;
     size_near = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_NEAR, near, work, statistics);
     size_far = free_spinning_body_missed(p, scale, from, t, step, correction, moved, free_spinning_body_FAR, far, work, statistics);
     free_spinning_body_add(scale, correction, K(1.0), work);

@@ -1590,6 +1590,8 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
     for (i = 0; i < 7; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * heavy_top_r3xso3_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
             within_spacing = 0;
+    if (!(step * heavy_top_r3xso3_size(correction, work) <= K(4.0) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_extent(q, work))) /* velocities may change where positions do not: E and eta cancel there */
+        within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     for (i = 0; i < 12; ++i)
         largest = heavy_top_r3xso3_larger(largest, EG_ABS(work->per_tolerance[i] * correction[i]));
@@ -1597,8 +1599,6 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
         if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
             moved[i] = work->solution[i] = K(0.0);
     size = EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
-    if (!(step * heavy_top_r3xso3_size(correction, work) <= K(64.0) * EG_SQRT(heavy_top_r3xso3_EPSILON) * heavy_top_r3xso3_extent(work->q, work)))
-        return 0;
     size_near = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR, near, work, statistics);
     size_far = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far, work, statistics);
     heavy_top_r3xso3_add(scale, correction, K(1.0), work);

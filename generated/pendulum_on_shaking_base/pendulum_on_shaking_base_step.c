@@ -594,10 +594,10 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     for (i = 0; i < 1; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * pendulum_on_shaking_base_EPSILON * EG_ABS(q[i])))
             within_spacing = 0;
+    if (!(step * pendulum_on_shaking_base_size(correction, work) <= K(4.0) * pendulum_on_shaking_base_EPSILON * pendulum_on_shaking_base_extent(q, work))) /* velocities may change where positions do not */
+        within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
-    if (!(step * pendulum_on_shaking_base_size(correction, work) <= K(64.0) * EG_SQRT(pendulum_on_shaking_base_EPSILON) * pendulum_on_shaking_base_extent(work->q, work)))
-        return 0;
     size_near = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_NEAR, near, work, statistics);
     size_far = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_FAR, far, work, statistics);
     pendulum_on_shaking_base_add(scale, correction, K(1.0), work);

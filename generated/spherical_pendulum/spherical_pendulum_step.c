@@ -732,10 +732,10 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     for (i = 0; i < 4; ++i)
         if (!(EG_ABS(work->q[i] - q[i]) <= K(4.0) * spherical_pendulum_EPSILON * (unit[i] ? K(1.0) : EG_ABS(q[i]))))
             within_spacing = 0;
+    if (!(step * spherical_pendulum_size(correction, work) <= K(4.0) * spherical_pendulum_EPSILON * spherical_pendulum_extent(q, work))) /* velocities may change where positions do not */
+        within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(spherical_pendulum_size_of_correction(work));
-    if (!(step * spherical_pendulum_size(correction, work) <= K(64.0) * EG_SQRT(spherical_pendulum_EPSILON) * spherical_pendulum_extent(work->q, work)))
-        return 0;
     size_near = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_NEAR, near, work, statistics);
     size_far = spherical_pendulum_missed(p, scale, from, t, step, correction, moved, spherical_pendulum_FAR, far, work, statistics);
     spherical_pendulum_add(scale, correction, K(1.0), work);
