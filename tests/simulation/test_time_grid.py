@@ -133,8 +133,8 @@ def test_a_run_with_very_many_jumps_lists_none_of_them() -> None:
 
 
 def test_ctrl_c_is_heard_among_many_jumps() -> None:
-    model = fast_wave(1e-6)
-    timer = threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT))
+    model = fast_wave(1e-6)  # the signal comes while steps are taken, not while the run is prepared
+    timer = threading.Timer(2.0, lambda: signal.raise_signal(signal.SIGINT))
     timer.start()
     solution = model.simulate(1e3, 2e-3, method="rk4", record_every=1000)
     timer.join()
