@@ -19,9 +19,9 @@ from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.formula.piecewise import EDGE, Curve
 from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
+from eomgen.simulation.constraint_violation import FAILED, Violation
 from eomgen.simulation.energy_balance import SAID, Balance
 from eomgen.simulation.growth import Growth
-from eomgen.simulation.open_constraints import FAILED, Opened
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -130,7 +130,8 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
 
 
 def doubts(
-    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str, opened: Opened | None = None
+    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str,
+    violation: Violation | None = None,
 ) -> str:  # fmt: skip
     """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
 
@@ -142,17 +143,17 @@ def doubts(
         found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
     if balance.error is not None and balance.error > SAID:
         found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
-    if opened is not None:
-        found.append(opened.what)
+    if violation is not None:
+        found.append(violation.what)
     rounding, coarser = statistics.get("max_rounding", 0.0), ""
     if rounding > ROUNDED:
-        found.append(f"rounding makes up to {100.0 * rounding:.2g} % of the multipliers, by the square of the step")
+        found.append(f"up to {100.0 * rounding:.2g} % of the multipliers is rounding, which grows as 1/step^2")
         coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
     return f"{', and '.join(found)}; {coarser or cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
 def failure(
-    growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, opened: Opened | None = None
+    growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, violation: Violation | None = None
 ) -> str:  # fmt: skip
     """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be one.
 
@@ -160,7 +161,7 @@ def failure(
     ----------
     growth : what grows by the method alone
     balance, energy : of the recorded rows
-    opened : the constraint that is kept least
+    violation : the largest violation of a constraint
     """
     if growth is not None:
         totals = energy.get("total", np.zeros(0))
@@ -171,8 +172,8 @@ def failure(
     if balance.infinite is not None:
         what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
         return f"{what}; try: other initial velocities, forces or units"
-    if opened is not None and opened.share > FAILED:
-        return f"{opened.what}, so this is no motion of the machine; try: a smaller step, or rk4_partitioned"
+    if violation is not None and violation.share > FAILED:
+        return f"{violation.what}, more than {FAILED:g} of the size of the machine, or rad; try: a smaller step"
     return ""
 
 

@@ -25,11 +25,11 @@ from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.results.scenery import seen
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Keeper
+from eomgen.simulation.constraint_violation import largest_violation
 from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite
 from eomgen.simulation.energy_balance import SAID, Balance, energy_balance
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
-from eomgen.simulation.open_constraints import opened
 from eomgen.simulation.run import Run, keeper_of, start_of, words_of_start
 from eomgen.simulation.settings import (
     check_memory,
@@ -225,10 +225,10 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     if success:
         growth = unstable_growth(run, stepper.library, trajectory)
         cause = partial(_cause_of_doubts, run, t, q)
-        loose = opened(model, t, q, p, statistics.get("max_constraint", 0.0))
-        if fault := failure(growth, balance, energy, run.method, loose):
+        violation = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0))
+        if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
-        elif doubt := doubts(statistics, balance, run.settings["step"], cause, loose):
+        elif doubt := doubts(statistics, balance, run.settings["step"], cause, violation):
             message = f"{message}; {doubt}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"

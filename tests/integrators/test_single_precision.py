@@ -27,7 +27,7 @@ def test_multipliers_that_are_rounding_are_said() -> None:
     assert held.message == "reached t = 1 s in 1000 steps"
     for step in (1e-3, 1e-4):
         run = model.simulate(1.0, step, method="generalized_alpha_index3")
-        said = r"rounding makes up to \S+ % of the multipliers, by the square of the step"
+        said = r"up to \S+ % of the multipliers is rounding, which grows as 1/step\^2"
         hint = f"try: generalized_alpha, a step larger than {step:g} s, or double precision"
         assert re.fullmatch(rf"reached t = 1 s in \d+ steps; {said}; {hint}", run.message)
 

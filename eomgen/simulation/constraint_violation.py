@@ -1,4 +1,4 @@
-"""Constraints that a run does not keep: no step may leave a loop open by a part of the machine and call the motion its own."""
+"""The largest violation of the holonomic constraints over the rows of a run, relative to the size of the machine."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _LAST_PLACES = 1e3
 _MOST_ROWS = 1000
 
 
-class Opened(NamedTuple):
-    """The holonomic row that is most violated: by which part of the machine, or rad, and a sentence on it."""
+class Violation(NamedTuple):
+    """A violation of a holonomic row: its share of the size of the machine, or rad, and a sentence with row, size and time."""
 
     share: float
     what: str
 
 
-def opened(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Opened | None:
+def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
     """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot tell.
 
     Parameters
@@ -55,8 +55,8 @@ def opened(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 
     share, by = float(shares[row, k]), float(violation[row, k])
     if share > SAID:
         unit = " m" if lengths[k] else ""
-        return Opened(share, f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s")
+        return Violation(share, f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s")
     between = largest / float(scale.max())
     if between > SAID and largest > rounding.max():
-        return Opened(between, f"constraints are off by up to {largest:.3g} between the rows")
+        return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")
     return None
