@@ -77,7 +77,7 @@ class SystemLike(Protocol):
 
 
 def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples: Samples | None = None) -> dict[str, Any]:
-    """Return ``Program.method``: JSON types only. The template is ``c/integrators/<family>.c.jinja``.
+    """Return ``Program.method``: JSON types only. The template is ``stepper.c.jinja`` in the family's folder in ``templates/c/integrators``.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from eomgen.integrators.families.partitioned import PARTITIONED
 from eomgen.integrators.families.runge_kutta import RKMK
 from eomgen.integrators.families.taylor import TAYLOR
 
-#: The stepper's part of the interface of every compiled model; ``interface_fragment.c.jinja`` implements it.
+#: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements it.
 STEPPER_CDEF = """\
 long eomgen_stepper_size(int what);
 int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state, double *workspace);

@@ -55,7 +55,7 @@ def test_prefixes_that_cannot_be_are_refused(name: str) -> None:
 def test_no_function_of_a_stepper_has_the_name_of_a_term() -> None:
     """Both carry the scene's prefix, and a model may have any term beside any stepper."""
     folder = template_folder() / "c" / "integrators"
-    text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.jinja")))
+    text = "".join(path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.jinja")))
     own = set(re.findall(r"^static [^(\n]*\{\{ P \}\}_([a-z_]+)\(", text, re.MULTILINE))
     assert {"solve_accelerations", "rates_of_motion"} <= own
     assert not own & set(TERMS)

@@ -15,7 +15,7 @@ from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function
 from tests.codegen.hand_made import call, compile_system, make_system
 
-HEADER = (template_folder() / "c" / "eomgen_real.h.jinja").read_text(encoding="utf-8")
+HEADER = (template_folder() / "c" / "model" / "eomgen_real.h.jinja").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module", params=["quick-double", "fast-double", "fast-lanes"])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.target import environment, stepper_template
 from eomgen.integrators.methods import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.samples import Samples
@@ -487,8 +487,8 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
         arguments += [f"{P}_base_state *base"] if name == "base" else [f"real *out{o}" for o in outputs]
         declarations += f"void {P}_{name}({', '.join(arguments)});\n"
 
-    def render(name: str) -> str:
-        return environment().get_template(f"c/integrators/{name}.jinja").render(program=program, prefix=P, upper=N)
+    def render(template: str) -> str:
+        return environment().get_template(template).render(program=program, prefix=P, upper=N)
 
     header = f"""#ifndef {N}_H
 #define {N}_H
@@ -498,16 +498,16 @@ typedef struct {{ {members} }} {P}_parameters;
 typedef struct {{ real velocity_dot[3]; }} {P}_base_state;
 void {P}_initial_state(real *q, real *v, real *z);
 {declarations}
-{render("header.h")}
+{render("c/integrators/common/header.h.jinja")}
 #endif
 """
     initial = f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] = K(0.0);\n}}\n"
     return {
         f"{P}.h": header,
         f"{P}.c": f'#include "{P}.h"\n{initial}{model.c_text}',
-        f"{P}_step.c": render(f"{program.method['family']}.c"),
-        "interface.c": f'#include <stddef.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("interface_fragment.c"),
-        "eomgen_real.h": environment().get_template("c/eomgen_real.h.jinja").render(),
+        f"{P}_step.c": render(stepper_template(program.method["family"])),
+        "interface.c": f'#include <stddef.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("c/interface/stepper.c.jinja"),
+        "eomgen_real.h": environment().get_template("c/model/eomgen_real.h.jinja").render(),
     }
 
 

@@ -52,7 +52,7 @@ def test_wheel_carries_the_templates_and_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     folder = CHECKOUT / "templates"
     templates = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    assert {"c/model.c.jinja", "html/animation.html"} <= set(templates)
+    assert {"c/model/model.c.jinja", "html/animation.html"} <= set(templates)
     carried = [name.removeprefix("eomgen/_templates/") for name in names if name.startswith("eomgen/_templates/")]
     assert sorted(carried) == templates
     assert not [name for name in names if name.startswith(("tests/", "benchmarks/", "examples/"))]

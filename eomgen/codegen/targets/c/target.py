@@ -25,6 +25,13 @@ MANIFEST = "manifest.json"
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
+#: The folder of a family's templates, where it is not called as the family is.
+FOLDERS = {"rkmk": "runge_kutta"}
+
+
+def stepper_template(family: str) -> str:
+    """Return the template of a family's ``<prefix>_step.c``."""
+    return f"c/integrators/{FOLDERS.get(family, family)}/stepper.c.jinja"
 
 
 @cache
@@ -115,20 +122,20 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
     context = _Context(program, file_limit)
-    files = {f"{program.prefix}.h": context.render("c/model.h.jinja")}
+    files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}
     for file in context.files:
-        files[f"{file.name}.c"] = context.render("c/model.c.jinja", file=file)
+        files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
     if len(context.files) > 1:
-        files[f"{program.prefix}_parts.h"] = context.render("c/parts.h.jinja")
+        files[f"{program.prefix}_parts.h"] = context.render("c/model/parts.h.jinja")
     if program.method:
-        files[f"{program.prefix}_step.c"] = context.render(f"c/integrators/{program.method['family']}.c.jinja")
+        files[f"{program.prefix}_step.c"] = context.render(stepper_template(program.method["family"]))
     if program.curves:
-        files[f"{program.prefix}_curves.h"] = context.render("c/curves.h.jinja")
-        files[f"{program.prefix}_curves.c"] = context.render("c/curves.c.jinja", snap=SNAP, edge=EDGE)
-    files["eomgen_real.h"] = context.render("c/eomgen_real.h.jinja")
-    files["main.c"] = context.render("c/main.c.jinja")
+        files[f"{program.prefix}_curves.h"] = context.render("c/model/curves.h.jinja")
+        files[f"{program.prefix}_curves.c"] = context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
+    files["eomgen_real.h"] = context.render("c/model/eomgen_real.h.jinja")
+    files["main.c"] = context.render("c/main/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))
-    files["README.md"] = context.render("c/README.md.jinja", command=compile_command(program, sources))
+    files["README.md"] = context.render("c/main/README.md.jinja", command=compile_command(program, sources))
     files[MANIFEST] = _manifest(program, files)
     return files
 
@@ -138,8 +145,8 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
     context = _Context(program, FILE_LIMIT)
     return {
-        "interface.h": context.render("c/interface.h.jinja", declarations=INTERFACE_CDEF),
-        "interface.c": context.render("c/interface.c.jinja", fingerprint=fingerprint(files), sizes=sizes),
+        "interface.h": context.render("c/interface/interface.h.jinja", declarations=INTERFACE_CDEF),
+        "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=fingerprint(files), sizes=sizes),
     }
 
 
