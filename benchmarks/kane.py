@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sympy.physics import mechanics
 
 from benchmarks.programs import build
-from eomgen.scene.formula.nodes import Formula, Number
+from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.scene import Scene
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.formula.nodes import ZERO, Symbol
 from eomgen.scene.forces.model import Effort
-from eomgen.scene.formula.nodes import ZERO, Symbol
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene

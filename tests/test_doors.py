@@ -36,31 +36,34 @@ DOORS: dict[str, set[str]] = {
     # from a description to C
     "symbolic": set(),
     "lie": {"symbolic"},
+    "formula": {"arrays", "errors", "symbolic"},
+    "units": {"errors", "formula.words", "text"},
     "system": {"calls", "errors", "symbolic", "text"},
-    "scene": {"arrays", "calls", "errors", "system.terms", "text"},
-    "mechanics": {"arrays", "errors", "lie", "scene", "symbolic", "system"},
+    "scene": {"arrays", "calls", "errors", "formula", "system.terms", "text", "units"},
+    "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
     "codegen": {"errors", "integrators", "resources", "symbolic", "system", "version"},
     # a compiled model, and what it can do
-    "compiled": {"arrays", "calls", "errors", "lie", "scene", "solvers", "system.terms", "text", "toolchain"},
-    "results": {"arrays", "calls", "compiled", "errors", "files", "lie", "linear", "resources", "scene"},
-    "analysis": {"arrays", "compiled", "errors", "lie", "linear", "scene", "solvers"},
+    "compiled": {"arrays", "calls", "errors", "formula", "lie", "scene", "solvers", "system.terms", "text", "toolchain", "units"},
+    "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "scene"},
+    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "scene", "solvers"},
     "simulation": {
-        "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "integrators", "lie", "linear",
-        "mechanics.prescribed_motion", "results", "scene", "toolchain", "version",
+        "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "formula", "integrators", "lie",
+        "linear", "mechanics.describe", "results", "scene", "toolchain", "version",
     },
     "model": {"analysis", "calls", "compiled", "linear", "results", "simulation"},
     # verbs
     "pipeline": {
-        "arrays", "calls", "codegen", "control", "errors", "integrators", "linear", "mechanics", "model", "scene", "solvers",
-        "symbolic", "system", "text", "toolchain", "version",
+        "arrays", "calls", "codegen", "control", "errors", "formula", "integrators", "linear", "mechanics", "model", "scene",
+        "solvers", "symbolic", "system", "text", "toolchain", "version",
     },
     "studies": {
-        "analysis", "compiled", "errors", "files", "lie", "mechanics", "model", "pipeline", "scene", "symbolic", "system", "text",
+        "analysis", "compiled", "errors", "files", "formula", "lie", "mechanics", "model", "pipeline", "scene", "symbolic",
+        "system", "text",
     },
     "cli": {
         "analysis", "compiled", "errors", "files", "linear", "mechanics", "model", "pipeline", "results", "scene", "simulation",
-        "studies", "system", "text", "toolchain", "version",
+        "studies", "system", "text", "toolchain", "units", "version",
     },
     "__main__": {"cli"},
 }  # fmt: skip
@@ -68,8 +71,7 @@ DOORS: dict[str, set[str]] = {
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
 ORDER: dict[str, tuple[str, ...]] = {
     "scene": (
-        "geometry joint_types words",
-        "units",
+        "geometry joint_types",
         "formula",
         "reading",
         "signals",
@@ -78,14 +80,14 @@ ORDER: dict[str, tuple[str, ...]] = {
         "forces",
         "control",
         "scene",
-        "disturbances document prescribed_motion",
+        "disturbances document",
         "sources",
         "load",
         "builder",
     ),
     "mechanics": (
-        "discontinuities expressions extent shape_functions",
-        "prescribed_motion tree",
+        "describe discontinuities extent shape_functions",
+        "tree",
         "kinematics summary",
         "forces",
         "constants constraints dynamics rates",
@@ -131,15 +133,15 @@ LATE: dict[str, dict[str, str]] = {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
     "results.solution": {"results.animation": "solutions are used without it"},
-    "scene.document.units": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.signals.curves": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.units.labels": {"scene.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.document.units": {"units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.signals.curves": {"units.conversion": "Pint; most scenes have no units of their own"},
+    "units.labels": {"units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.sources": "most scenes include nothing, and are no URDF",
     },
     "scene.sources.include": {"scene.sources.urdf": "most scenes include no URDF"},
-    "simulation.settings": {"mechanics.prescribed_motion": "it evaluates on the tape; most scenes prescribe smooth motions"},
+    "simulation.settings": {"formula.jumps": "it evaluates on the tape; most scenes prescribe smooth motions"},
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.simulate": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},

@@ -10,10 +10,10 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.coordinates import rotated
 from eomgen.compiled.terms import Inputs
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.forces.model import Tyre
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Formula, Symbol
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.units.labels import in_label
-from eomgen.scene.units.parser import is_quantity
+from eomgen.units.labels import in_label
+from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.scene.signals.model import Input, Parameter, State

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import FactorLike
-from eomgen.scene.units.labels import in_label
 from eomgen.text import nearest, shown
+from eomgen.units.labels import in_label
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6

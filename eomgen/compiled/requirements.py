@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.formula.evaluate import evaluate, evaluate_batch, symbols
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
+from eomgen.formula.nodes import Formula
 from eomgen.scene.reading.requirements import Requirement
 from eomgen.scene.reading.values import OTHER_VALUES
 from eomgen.scene.scene import Scene

@@ -8,12 +8,12 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.beam import Beam
-from eomgen.scene.formula.nodes import Formula
 from eomgen.symbolic.scalar import Scalar
 from eomgen.system.system import Quantity
 

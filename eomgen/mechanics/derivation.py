@@ -7,6 +7,9 @@ from dataclasses import replace
 from functools import reduce
 
 from eomgen.errors import ModelError
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number, Symbol
+from eomgen.formula.recording import record
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.joints import AbsoluteQuantities, following_rows, joint_constraint
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
@@ -14,7 +17,6 @@ from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
-from eomgen.mechanics.expressions.formulas import record, symbols
 from eomgen.mechanics.forces.applied import applied_loads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
@@ -28,7 +30,6 @@ from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
 from eomgen.mechanics.tree.grouping import grouped
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol, Op

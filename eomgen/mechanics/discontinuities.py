@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eomgen.scene.formula.discontinuities import Corner, corners, reaches
-from eomgen.scene.formula.nodes import Symbol
+from eomgen.formula.discontinuities import Corner, corners, reaches
+from eomgen.formula.nodes import Symbol
 from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.system.system import Discontinuity, Validity
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import chain
 
+from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.formula.nodes import Formula, Number
 from eomgen.scene.joint_types import ANGLES
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.bodies.beam import Beam
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from eomgen.errors import ModelError
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree.beam_links import attached_along
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import Number, Symbol
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Parameter

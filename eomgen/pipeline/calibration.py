@@ -20,9 +20,9 @@ from eomgen.control.plant import Plant
 from eomgen.control.riccati import lqr
 from eomgen.control.weights import Weights
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
+from eomgen.formula.nodes import Operation, Symbol
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
-from eomgen.scene.formula.nodes import Operation, Symbol
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Input, Output
 

@@ -96,12 +96,15 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
         DescriptionError where a drive, or the law of the base, jumps.
     """
     _check_terms(terms)
+    from eomgen.formula.jumps import jumps  # noqa: PLC0415
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.mechanics.prescribed_motion import check_laws  # noqa: PLC0415
+    from eomgen.mechanics.describe import laws_of  # noqa: PLC0415
     from eomgen.pipeline.initial_assembly import ready  # noqa: PLC0415
 
     described = as_scene(scene)
-    check_laws(described)
+    values = {item.name: item.value for item in described.parameters}
+    if problems := jumps(laws_of(described), values, 0.0, described.simulation.duration):
+        raise DescriptionError(problems)
     if not described.constraints and described.coordinates != "absolute":
         return mechanics.derive(described, terms)
     return ready(partial(mechanics.derive, described), terms)

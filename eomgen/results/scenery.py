@@ -9,10 +9,10 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, Problem
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.results.solids import equivalent_solid
 from eomgen.scene.bodies.model import BASE, WORLD
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body, Point
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.forces.model import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
-from eomgen.scene.formula.nodes import Formula, Number
-from eomgen.scene.formula.piecewise import AnyCurve
 from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint

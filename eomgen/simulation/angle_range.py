@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from eomgen.arrays import Array
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.scene import Scene, formulas_of_forces
 
 Values = Mapping[tuple[str, str, int], float]

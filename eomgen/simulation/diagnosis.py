@@ -10,13 +10,13 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Symbol
+from eomgen.formula.piecewise import EDGE, Curve
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
-from eomgen.scene.formula.discontinuities import applications
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Symbol
-from eomgen.scene.formula.piecewise import EDGE, Curve
 from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation

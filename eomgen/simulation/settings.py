@@ -13,11 +13,12 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.formula.prescribed_motion import smooth
 from eomgen.integrators.families.generalized_alpha import INDEX_3, GeneralizedAlpha
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.scene.prescribed_motion import laws_of, smooth
+from eomgen.mechanics.describe import laws_of
 from eomgen.simulation.angle_range import check_angles
 from eomgen.simulation.inputs import CheckedSignal, check_reach
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
@@ -126,10 +127,10 @@ def _check_laws(model: CompiledModel, p: Array, start: float, end: float) -> Non
     """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
     if all(smooth(law.formula) for law in laws_of(model.scene)):
         return
-    from eomgen.mechanics.prescribed_motion import jumps  # noqa: PLC0415  # most scenes need none of it
+    from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
 
     values = {item.name: item.value for item in model.scene.parameters}
-    problems = jumps(model.scene, values | dict(zip(model.parameters, p.tolist(), strict=True)), start, end)
+    problems = jumps(laws_of(model.scene), values | dict(zip(model.parameters, p.tolist(), strict=True)), start, end)
     if problems:
         raise UsageError(problems)
 

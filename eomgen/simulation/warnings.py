@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula
 from eomgen.scene.joints.limit_warnings import beyond_limits
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.formula.piecewise import Curve
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula.piecewise import Curve
 from tests.codegen.hand_made import call, compile_system
 from tests.codegen.test_render import STRICT
 from tests.models.cache import shared_cache

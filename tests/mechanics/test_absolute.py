@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.forces.model import Effort, TorsionSpring
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.joint_types import ANGLES, SIZES
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml

@@ -10,10 +10,10 @@ import numpy as np
 import sympy as sm
 import sympy.physics.mechanics as me
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base, Point
 from eomgen.scene.forces.model import Effort, Force, Spring
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.joint_types import ROWS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene

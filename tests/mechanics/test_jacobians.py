@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.derive import derive
-from eomgen.scene.formula.nodes import ZERO, Number
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.forces.model import Effort
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Input
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator

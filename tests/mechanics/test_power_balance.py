@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.signals.model import Output
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eomgen.formula.nodes import Formula, Number
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.nodes import Formula, Number
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Parameter
 from tests.oracles import direct_kinematics

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Point
 from eomgen.scene.forces.model import Spring
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Output
 from tests.oracles.evaluation import relative_error, tape_evaluator

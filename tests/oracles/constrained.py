@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation as Turn
 
+from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import BASE, Body
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System

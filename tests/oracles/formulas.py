@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
 
 TIME = Symbol("time")
 

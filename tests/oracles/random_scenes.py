@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.model import BASE, Base, Body, Point
 from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
-from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.joint_types import SIZES, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.rotations import Rotation  # fmt: skip

@@ -18,10 +18,10 @@ from eomgen.integrators.stepper_layout import row_layout
 from eomgen.model import Model
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
-from eomgen.scene.units.conversion import measure
-from eomgen.scene.units.parser import read_unit
 from eomgen.simulation.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepper import Stepper
+from eomgen.units.conversion import measure
+from eomgen.units.parser import read_unit
 
 Array = NDArray[np.float64]
 Data = Mapping[str, Any]

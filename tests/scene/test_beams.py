@@ -11,12 +11,12 @@ import pytest
 from scipy.integrate import quad
 
 from eomgen.errors import DescriptionError
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 

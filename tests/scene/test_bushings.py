@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.formula.nodes import Number, Symbol
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 

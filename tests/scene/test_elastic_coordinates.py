@@ -8,7 +8,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError
-from eomgen.scene.formula.nodes import Symbol
+from eomgen.formula.nodes import Symbol
 
 BLADE = """
 format = 1

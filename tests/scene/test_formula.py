@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.formula.evaluate import evaluate, symbols
-from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names
 from eomgen.scene.formula.tokens import FormulaError

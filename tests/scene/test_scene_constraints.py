@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError, UsageError
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import json_schema
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.geometry.rotations import frame_about, is_rotation
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.load import load, load_toml

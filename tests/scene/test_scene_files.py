@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
+from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.document.json_schema import json_schema
-from eomgen.scene.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.joint_types import SIZES
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene

@@ -8,8 +8,8 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Symbol
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Symbol
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.formula.nodes import Number, Operation, Symbol
+from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.scene import Scene
 

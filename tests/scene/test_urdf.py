@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 from eomgen.errors import DescriptionError, UsageError
-from eomgen.scene.formula.evaluate import evaluate
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula
 from eomgen.scene.load import load, load_urdf
 from eomgen.scene.scene import Scene
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 
+from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.mechanics.forces.internal_states import state_formulas
-from eomgen.scene.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.scene.joint_types import ANGLES
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.scene import Scene

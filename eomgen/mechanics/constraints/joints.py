@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from eomgen.errors import ModelError, Problem
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.rows import Row, rates_of, turned_past
 from eomgen.mechanics.forces.frame_pairs import magnitude, placed
@@ -14,7 +15,6 @@ from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.formula.nodes import Number, Symbol
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.forces.beams import add_structure
 from eomgen.mechanics.forces.bushings import add_bushing
 from eomgen.mechanics.forces.joints import add_joint
@@ -10,7 +11,6 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.forces.tyres import add_tyre
 from eomgen.mechanics.tree.links import WORLD_NAME, Tree
 from eomgen.scene.forces.model import Force, Spring
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import apply, cross, dot, negative, plus, scaled, transpose
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol

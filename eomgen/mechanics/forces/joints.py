@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.forces.contact_law import contact
 from eomgen.mechanics.forces.loads import Loads, add_effort
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.scene.formula.nodes import Symbol
 from eomgen.scene.joints.model import Friction, Joint, Stop
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar

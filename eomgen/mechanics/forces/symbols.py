@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.expressions.curves import waves
-from eomgen.mechanics.expressions.formulas import record
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.piecewise import Waves
+from eomgen.formula.recording import record, waves
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
 from eomgen.scene.bodies.model import Point
 from eomgen.scene.forces.model import Spring
-from eomgen.scene.formula.nodes import Formula, Symbol
-from eomgen.scene.formula.piecewise import Waves
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Input

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eomgen.mechanics.expressions.formulas import record
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.recording import record
 from eomgen.mechanics.forces.contact_law import Contact, contact
 from eomgen.mechanics.forces.loads import Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.scene.forces.model import Slip, Tyre
-from eomgen.scene.formula.nodes import Formula, Symbol
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.expressions.formulas import record
+from eomgen.formula.nodes import Formula
+from eomgen.formula.recording import record
 from eomgen.mechanics.tree.coordinates import own_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, pose_of
@@ -28,7 +29,6 @@ from eomgen.mechanics.tree.links import (
     parameter_scalars,
 )  # fmt: skip
 from eomgen.scene.bodies.model import BASE, Body
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from eomgen.mechanics.expressions.formulas import record
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.recording import record
 from eomgen.mechanics.tree.joints import quaternion_matrix
 from eomgen.scene.bodies.model import Base
-from eomgen.scene.formula.nodes import Formula, Symbol
 from eomgen.scene.geometry.rotations import coordinate_axis
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import jacobian_vector

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_fields import Amplitudes, Deflections, DistributedMass, SeparatedField
 from eomgen.mechanics.tree.beam_virtual_work import elastic_row_kernel, relative_energy_kernel, relative_motion_kernel
 from eomgen.mechanics.tree.coordinates import Coordinates
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.scene.bodies.beam import Beam, Deformation
-from eomgen.scene.formula.nodes import Formula
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, cross, plus, scaled
 
 Values = dict[str, Scalar]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from eomgen.errors import ModelError, Problem
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.tree.beam_body import elastic_body
 from eomgen.mechanics.tree.beam_stations import moves, station_motion
@@ -13,7 +14,6 @@ from eomgen.mechanics.tree.inertia import inertia_about_center
 from eomgen.mechanics.tree.joints import Column
 from eomgen.mechanics.tree.links import Link, Mount, Tree, cleaned, no_inertia
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import MatrixFactor, Rotation

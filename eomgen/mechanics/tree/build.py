@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from eomgen.mechanics.expressions.formulas import record
+from eomgen.formula.nodes import Formula
+from eomgen.formula.recording import record
 from eomgen.mechanics.tree.beam_links import add_beam
 from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
 from eomgen.scene.bodies.model import BASE, Body
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose

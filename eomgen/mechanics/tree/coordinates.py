@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from eomgen.formula.nodes import Formula
 from eomgen.mechanics.tree.joints import GROUPS, Motion
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from eomgen.scene.formula.nodes import Formula, Number
+from eomgen.formula.nodes import Formula, Number
 
 DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]
 Ends = Literal["clamped_free", "free_free", "pinned_pinned"]

@@ -13,10 +13,10 @@ from typing import Literal, cast
 
 import numpy as np
 
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values

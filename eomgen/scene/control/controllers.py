@@ -7,14 +7,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.control.skyhook import read_skyhook
 from eomgen.scene.control.state_feedback import made_by_entry, parameters_of, read_state_feedback
 from eomgen.scene.forces.model import Spring
 from eomgen.scene.forces.schema import Spring as WrittenSpring
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.nodes import Formula
 
 
 @dataclass(frozen=True)

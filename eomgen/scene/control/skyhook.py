@@ -8,8 +8,8 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.schema import Controller as Written
-from eomgen.scene.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values

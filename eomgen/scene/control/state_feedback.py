@@ -6,10 +6,10 @@ import functools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from eomgen.formula.nodes import Formula, Operation, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
-from eomgen.scene.formula.nodes import Formula, Operation, Symbol
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import VELOCITY_SIZE
 from eomgen.scene.reading.values import Values

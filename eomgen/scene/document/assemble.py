@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.reading import read_base, read_body, read_point
@@ -24,7 +25,6 @@ from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.forces.model import Bushing
 from eomgen.scene.forces.reading import read_bushing, read_effort, read_force, read_spring, read_torsion_spring, read_tyre
-from eomgen.scene.formula.piecewise import AnyCurve
 from eomgen.scene.formula.scope import PARAMETERS, Names
 from eomgen.scene.joint_types import VELOCITY_SIZE
 from eomgen.scene.joints.constraint_model import Constraint

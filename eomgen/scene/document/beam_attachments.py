@@ -12,11 +12,11 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
 from eomgen.scene.bodies.model import Body, Point
 from eomgen.scene.forces.model import Bushing, Force
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import ZERO, Formula
 from eomgen.scene.geometry.rotations import ALIKE
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.formula.words import RESERVED
 from eomgen.scene.bodies.model import BASE, WORLD, Body
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
@@ -14,7 +15,6 @@ from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
-from eomgen.scene.words import RESERVED
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, shown
 
 

@@ -28,7 +28,7 @@ from eomgen.scene.reading.keys import Table, every_unit, meaning_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals import schema as schema_signals
-from eomgen.scene.units.table import UNITS
+from eomgen.units.table import UNITS
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
 #: Titles of scopes on the page.

@@ -13,9 +13,9 @@ from eomgen.scene.formula.namespaces import Included
 from eomgen.scene.reading.keys import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
-from eomgen.scene.units.parser import Factors, UnitError, is_quantity, read_quantity, read_unit
-from eomgen.scene.units.table import names
 from eomgen.text import key_of, shown
+from eomgen.units.parser import Factors, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.units.table import names
 
 _DEPTH = 4  # of lists in a value: a matrix has two
 
@@ -69,7 +69,7 @@ class _Converter:
             return
         factors = _factors(label)
         if isinstance(written, str) and isinstance(number, float):
-            from eomgen.scene.units.conversion import is_coherent, to_si  # noqa: PLC0415
+            from eomgen.units.conversion import is_coherent, to_si  # noqa: PLC0415
 
             quantity = read_quantity(written)
             unit = to_si(quantity)[1]
@@ -115,7 +115,7 @@ class _Converter:
         return value
 
     def text(self, unit: Units, key: str, text: str) -> float | Refused:
-        from eomgen.scene.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
+        from eomgen.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
             quantity = read_quantity(text, self.known)

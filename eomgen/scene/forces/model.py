@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from eomgen.scene.formula.nodes import ZERO, Formula, Vector
+from eomgen.formula.nodes import ZERO, Formula, Vector
 from eomgen.scene.joints.constraint_model import Frame
 
 

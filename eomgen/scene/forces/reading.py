@@ -7,11 +7,11 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies.model import BASE, WORLD, Point
 from eomgen.scene.forces import schema as written
 from eomgen.scene.forces.model import Bushing, Effort, Force, Slip, Spring, TorsionSpring, Tyre
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS, ROAD, SPRING_FORCE, STATE
 from eomgen.scene.geometry.rotations import rows, sequence
 from eomgen.scene.joint_types import ANGLES, VELOCITY_SIZE

@@ -1,5 +1,5 @@
-"""Formulas as small trees: words, scopes, tokens, parser, evaluation, where they jump or bend."""
+"""Formulas as text: scopes, tokens, parser, names of included files."""
 
-__all__ = ["discontinuities", "evaluate", "nodes", "piecewise"]
+__all__ = []
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["namespaces", "scope", "tokens"]

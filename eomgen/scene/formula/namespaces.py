@@ -9,8 +9,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.parser import read_formula, section_of
 from eomgen.scene.formula.scope import PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError

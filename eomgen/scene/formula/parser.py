@@ -11,12 +11,12 @@ import math
 import re
 from collections.abc import Mapping
 
-from eomgen.scene.formula.evaluate import apply
-from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.evaluate import apply
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.joint_types import CONFIGURATION_SIZE, VELOCITY_SIZE
-from eomgen.scene.words import FUNCTIONS
 from eomgen.text import is_legal, nearest, shown
 
 LARGEST_EXPONENT = 64.0

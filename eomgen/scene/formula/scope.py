@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.formula.piecewise import AnyCurve
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}

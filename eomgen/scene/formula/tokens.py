@@ -8,9 +8,9 @@ import re
 import unicodedata
 
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.units.parser import in_formula
-from eomgen.scene.words import WORDS
+from eomgen.formula.words import WORDS
 from eomgen.text import shown
+from eomgen.units.parser import in_formula
 
 TEXT_LENGTH = 2000
 DEPTH = 50

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from eomgen.scene.formula.nodes import ZERO, Formula
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.joint_types import ConstraintType
 
 

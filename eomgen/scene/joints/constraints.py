@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import Point
-from eomgen.scene.formula.nodes import ZERO, Formula
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Constraint

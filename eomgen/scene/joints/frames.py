@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Literal
 
+from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.bodies.model import BASE, WORLD, Point
-from eomgen.scene.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
 from eomgen.scene.joints import frame_schema as written

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.nodes import Formula
 from eomgen.scene.joint_types import COORDINATES
 from eomgen.scene.joints.model import Joint
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.scene.formula.nodes import ZERO, Formula, Number
+from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import COORDINATES
 from eomgen.scene.joints import schema as written

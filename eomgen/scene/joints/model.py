@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eomgen.scene.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
+from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.joint_types import SIZES, JointType
 
 

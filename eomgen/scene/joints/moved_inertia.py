@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.nodes import Formula
 from eomgen.scene.geometry.inertia import NO_INERTIA, Flags, Numbers, singular
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values

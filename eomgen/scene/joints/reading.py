@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.scene.formula.nodes import Number
+from eomgen.formula.nodes import Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
 from eomgen.scene.joint_types import CONFIGURATION_SIZE, COORDINATES, VELOCITY_SIZE

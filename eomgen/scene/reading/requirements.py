@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.nodes import Formula
 from eomgen.scene.geometry.inertia import Flags, Numbers, impossible, not_physical, tensor
 
 

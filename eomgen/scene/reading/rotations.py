@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eomgen.scene.formula.nodes import Formula
+from eomgen.formula.nodes import Formula
 
 
 @dataclass(frozen=True)

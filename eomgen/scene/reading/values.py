@@ -9,9 +9,9 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.scene.formula.evaluate import evaluate, symbols
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula.namespaces import known_there, read_included
-from eomgen.scene.formula.nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis

@@ -10,15 +10,15 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem
-from eomgen.scene.formula.discontinuities import applications
-from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
-from eomgen.scene.formula.piecewise import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.piecewise import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.signals.tables import TableError, read_columns
-from eomgen.scene.units.parser import UnitError, read_unit
+from eomgen.units.parser import UnitError, read_unit
 
 #: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.
 CLOSEST = 1e-5
@@ -157,7 +157,7 @@ class Curves:
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
-        from eomgen.scene.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+        from eomgen.units.conversion import measure  # noqa: PLC0415  # pint comes with it
 
         try:
             return factor * float(measure(read_unit(unit))[0])

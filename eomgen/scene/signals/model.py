@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eomgen.scene.formula.nodes import Formula, Symbol
+from eomgen.formula.nodes import Formula, Symbol
 
 
 @dataclass(frozen=True)

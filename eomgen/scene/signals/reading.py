@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 
-from eomgen.scene.formula.discontinuities import applications
-from eomgen.scene.formula.nodes import Formula, Operation, Symbol
-from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.nodes import Formula, Operation, Symbol
+from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, STATE, TIME
 from eomgen.scene.reading import report
 from eomgen.scene.reading.values import Values

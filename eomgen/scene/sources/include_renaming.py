@@ -12,9 +12,9 @@ from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.reading.keys import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
-from eomgen.scene.units.labels import number_in_label
-from eomgen.scene.units.parser import UnitError, is_quantity
 from eomgen.text import key_of, nearest, shown
+from eomgen.units.labels import number_in_label
+from eomgen.units.parser import UnitError, is_quantity
 
 
 class Renamer:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from eomgen.formula.nodes import Number
 from eomgen.pipeline import pipeline
 from eomgen.scene.bodies.beam import Beam
-from eomgen.scene.formula.nodes import Number
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Form, Space
 from eomgen.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, on_tape, spread

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.units.table import REFUSED, names
-from eomgen.scene.words import RESERVED, WORDS
+from eomgen.formula.words import RESERVED, WORDS
 from eomgen.text import shown
+from eomgen.units.table import REFUSED, names
 
 if TYPE_CHECKING:
     from fractions import Fraction

@@ -9,20 +9,18 @@ points of curves. Angles count up to whole turns, as they do in the equations.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.errors import DescriptionError, Problem
-from eomgen.mechanics.expressions.formulas import record
-from eomgen.scene.formula.discontinuities import corners
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import Formula, Symbol
-from eomgen.scene.prescribed_motion import Law, laws_of, smooth
-from eomgen.scene.reading.report import Report
-from eomgen.scene.scene import Scene
+from eomgen.errors import Problem
+from eomgen.formula.discontinuities import corners
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.prescribed_motion import Law, smooth
+from eomgen.formula.recording import record
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
@@ -51,16 +49,8 @@ class Jump(NamedTuple):
     after: float
 
 
-def check_laws(scene: Scene) -> None:
-    """Raise DescriptionError where a law of a scene jumps, at the default parameters and over the scene's own duration."""
-    values = {item.name: item.value for item in scene.parameters}
-    problems = jumps(scene, values, 0.0, scene.simulation.duration)
-    if problems:
-        raise DescriptionError(problems)
-
-
-def jumps(scene: Scene, values: Mapping[str, float], start: float, end: float) -> list[Problem]:
-    """Return a problem for each law of a scene that jumps.
+def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+    """Return a problem for each law that jumps.
 
     Parameters
     ----------
@@ -69,14 +59,14 @@ def jumps(scene: Scene, values: Mapping[str, float], start: float, end: float) -
     start, end : float
         Times to look at, s.
     """
-    problems, places = [], Report(scene.name, scene.source)
-    for law in laws_of(scene):
+    problems = []
+    for law in laws:
         if smooth(law.formula):
             continue
         names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
         jump = first_jump(law.formula, tuple((name, values[name]) for name in names), start, end, law.unit == "rad")
         if jump is not None:
-            problems.append(Problem(places.where(law.key), *_described(law, jump)))
+            problems.append(Problem(law.where, *_described(law, jump)))
     return problems
 
 

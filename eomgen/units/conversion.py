@@ -13,9 +13,9 @@ from typing import Any
 import pint
 from pint.util import UnitsContainer
 
-from eomgen.scene.units.parser import Factors, Quantity, UnitError, read_unit
-from eomgen.scene.units.table import NAMED, PREFIXES, UNITS, names
 from eomgen.text import shown
+from eomgen.units.parser import Factors, Quantity, UnitError, read_unit
+from eomgen.units.table import NAMED, PREFIXES, UNITS, names
 
 Dimension = Mapping[str, int]
 _ANGLE = "[angle]"

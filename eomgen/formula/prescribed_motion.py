@@ -1,39 +1,23 @@
-"""The laws of motion of a scene, which something must follow: drives of constraints, and the motion of the base."""
+"""Laws of motion, formulas of time that something must follow, and which of them can have no jump."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
-from eomgen.scene.formula.evaluate import symbols
-from eomgen.scene.formula.nodes import Application, Formula, Number, Operation
-from eomgen.scene.scene import Scene
-from eomgen.text import key_of
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Application, Formula, Number, Operation
 
 #: Operations that are as smooth as what they are made of.
 _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
 
 
 class Law(NamedTuple):
-    """A formula of time that something must follow, with its key in the scene, what it says in words, and its unit."""
+    """A formula of time that something must follow, with its place for messages, what it says in words, and its unit."""
 
-    key: str
+    where: str
     what: str
     unit: str
     formula: Formula
-
-
-def laws_of(scene: Scene) -> Iterator[Law]:
-    """Yield the laws of a scene: drives of constraints, position and rotation of the base."""
-    for constraint in scene.constraints:
-        if constraint.drive is not None:
-            what, unit = ("angle", "rad") if constraint.type == "revolute" else ("travel", "m")
-            yield Law(key_of("constraints", constraint.name, "drive"), f"driven {what}", unit, constraint.drive)
-    if scene.base is not None:
-        for place, formula in enumerate(scene.base.position):
-            yield Law(key_of("base", "position", place), "position of the base", "m", formula)
-        for place, rotation in enumerate(scene.base.rotations):
-            yield Law(key_of("base", "rotation", place, "angle"), "angle of the base", "rad", rotation.angle)
 
 
 def smooth(formula: Formula) -> bool:

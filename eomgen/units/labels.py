@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.units.parser import UnitError, is_quantity, read_quantity, read_unit
 from eomgen.text import shown
+from eomgen.units.parser import UnitError, is_quantity, read_quantity, read_unit
 
 
 def in_label(where: str, text: str, label: str) -> float:
@@ -38,7 +38,7 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     UnitError
         Also for a label that is no unit: it could mean anything.
     """
-    from eomgen.scene.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+    from eomgen.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
     quantity = read_quantity(text, known)
     if not label.strip():

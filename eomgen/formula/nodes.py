@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eomgen.scene.formula.piecewise import AnyCurve
+from eomgen.formula.piecewise import AnyCurve
 
 
 @dataclass(frozen=True)

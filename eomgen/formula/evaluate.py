@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.scene.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 
 _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
