@@ -77,7 +77,7 @@ class SystemLike(Protocol):
 
 
 def method_data(method: Method, system: SystemLike, step: float = 1e-3, samples: Samples | None = None) -> dict[str, Any]:
-    """Return ``Program.method``: JSON types only. The template is ``stepper.c.jinja`` in the family's folder in ``templates/c/integrators``.
+    """Return ``Program.method``: JSON types only. ``templates/c/integrators`` has a folder for each family.
 
     Parameters
     ----------
