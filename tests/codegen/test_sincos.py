@@ -9,13 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.resources import template_folder
+from eomgen.codegen.targets.c.target import environment
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function
 from tests.codegen.hand_made import call, compile_system, make_system
 
-HEADER = (template_folder() / "c" / "model" / "eomgen_real.h.jinja").read_text(encoding="utf-8")
+HEADER = environment().get_template("c/model/eomgen_real.h.jinja").render()
 
 
 @pytest.fixture(scope="module", params=["quick-double", "fast-double", "fast-lanes"])
