@@ -71,13 +71,13 @@ def state_layout(data: Mapping[str, Any], nq: int, nv: int, nz: int = 0, nu: int
         sizes |= {"mean_before": 3 * nv} if data["variant"] == SPATIAL else {}
         sizes |= {f"{name}_before": 2 * size for name, size in lam.items()}
         sizes |= _state_sizes(nz, "z", "zdot", "z_rate") | _state_sizes(2 * nz, "z_rate_before")
-        sizes |= dict.fromkeys(("known", "order", *data["parameters"]), 1)
+        sizes |= dict.fromkeys(("history", "predictor_order", *data["parameters"]), 1)
     if data["family"] == PARTITIONED:
         sizes |= _multiplier_sizes(data, "lam") | {"dependent": data["unknowns"]["lam"]}
-        sizes |= {"regular": 1, "regular_t": 2, "regular_vdot": 2 * nv, "regular_known": 1, "near": 1}
+        sizes |= {"largest_regularity": 1, "regular_t": 2, "regular_vdot": 2 * nv, "regular_history": 1, "singularity_near": 1}
     if data["family"] != GENERALIZED_ALPHA:
         sizes |= _state_sizes(nz, "z", "zdot")
-    sizes |= {"rest": len(data["turning"])} if data["turning"] else {}
+    sizes |= {"angle_remainder": len(data["turning"])} if data["turning"] else {}
     if data["family"] not in SERIES_FAMILIES:
         sizes |= ({"u": nu} if nu else {}) | ({"p": np} if np else {})
     sizes |= dict.fromkeys(("step", "origin", "count", *statistics_names(data)), 1)

@@ -515,9 +515,9 @@ static void active_vehicle_measure(const active_vehicle_parameters *p, real t, a
     for (i = 0; i < 7; ++i)
         work->unit[i] = work->per_unit[i] = K(1.0);
     memset(work->rounding, 0, sizeof work->rounding);
-    work->fade = K(0.0);
-    work->trusted = 0;
-    work->measured = 1;
+    work->rounding_decay = K(0.0);
+    work->tolerance_steps_left = 0;
+    work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
     active_vehicle_partial_numbers(p, t, work);
     for (i = 0; i < 7; ++i) {
@@ -674,7 +674,7 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->known = state->order = 0;
+    state->history = state->predictor_order = 0;
     (void)settings;
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
@@ -683,7 +683,7 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
 static active_vehicle_status active_vehicle_know_units(const active_vehicle_parameters *p, active_vehicle_state *state, const real *first, const real *last, active_vehicle_workspace *work)
 {
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
-    if (work->measured)
+    if (work->units_valid)
         return ACTIVE_VEHICLE_OK;
     status = active_vehicle_prepare(p, state->t, first, last, K(0.0), work);
     memcpy(work->q, state->q, sizeof work->q);
@@ -731,7 +731,7 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
-    work->measured = 0;
+    work->units_valid = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = active_vehicle_renew(p, settings, &start, work, u_table);
@@ -794,11 +794,11 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, c
     for (i = 0; i < 7; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
+    work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 7; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + active_vehicle_NOTHING);
-    work->trusted = from->known < 3 ? 1 : 4;
-    work->trusted_step = step;
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + active_vehicle_NOTHING);
+    work->tolerance_steps_left = from->history < 3 ? 1 : 4;
+    work->tolerance_step = step;
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
@@ -807,14 +807,14 @@ static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
 {
     int i;
     for (i = 0; i < 7; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * active_vehicle_EPSILON * work->speed[0]) * work->unit[i])))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->rounding_decay * work->rounding[i] + (K(4.0) * active_vehicle_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
-static real active_vehicle_missed(const active_vehicle_parameters *p, const active_vehicle_scale *scale, const active_vehicle_state *from, real t, real step,
-    const real *correction, const real *moved, real part, real *missed, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate itself leads. */
+static real active_vehicle_correction_error(const active_vehicle_parameters *p, const active_vehicle_scale *scale, const active_vehicle_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -828,7 +828,7 @@ static real active_vehicle_missed(const active_vehicle_parameters *p, const acti
     active_vehicle_add(scale, moved, -part, work);
     active_vehicle_add(scale, work->solution, K(-1.0), work);
     for (i = 0; i < 7; ++i)
-        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+        error[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
     return EG_SQRT(active_vehicle_size_of_correction(work));
 }
 
@@ -863,17 +863,17 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
         within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(active_vehicle_size_of_correction(work));
-    size_near = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near, work, statistics);
-    size_far = active_vehicle_missed(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far, work, statistics);
+    size_near = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near, work, statistics);
+    size_far = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far, work, statistics);
     active_vehicle_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * active_vehicle_NEAR * size) && size_far <= K(0.125) * active_vehicle_FAR * size))
         return 0;
     for (i = 0; i < 7; ++i) {
         const real most = active_vehicle_larger(EG_ABS(correction[i]), active_vehicle_larger(EG_ABS(near[i]), EG_ABS(far[i])));
-        work->rounding[i] = active_vehicle_larger(work->fade * work->rounding[i], K(2.0) * most);
+        work->rounding[i] = active_vehicle_larger(work->rounding_decay * work->rounding[i], K(2.0) * most);
     }
-    work->fade = K(1.0);
-    work->trusted = 0;
+    work->rounding_decay = K(1.0);
+    work->tolerance_steps_left = 0;
     return 1;
 }
 
@@ -882,7 +882,7 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
- * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and reuse is tried
  * again ever more rarely. */
 static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p, const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
     const active_vehicle_state *from, real t, real step, int refresh, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
@@ -894,7 +894,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     long iteration, since = 0;
     int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > active_vehicle_FACTORS_COST + work->excess;
+        || work->refactor_steps_left > 0 || work->last_extra_iterations * (real)(work->reused_factorizations + 1) > active_vehicle_FACTORS_COST + work->extra_iterations;
     scale.r = -step;
     scale.phi = -per_step;
     scale.w = K(-1.0);
@@ -905,9 +905,9 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     for (i = 0; i < 7; ++i) {
         const real a = from->a[i];
         real next = a;
-        if (from->order >= 1)
+        if (from->predictor_order >= 1)
             next = next + (a - from->a_before[i]);
-        if (from->order >= 2)
+        if (from->predictor_order >= 2)
             next = next + (a - K(2.0) * from->a_before[i] + from->a_before[7 + i]);
         x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
         work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
@@ -938,7 +938,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         }
         
         error = active_vehicle_correct(&scale, work);
-        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+        if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             active_vehicle_tolerances(settings, c, from, step, work);
             error = active_vehicle_size_of_correction(work);
         }
@@ -959,25 +959,25 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         if (settled) {
             if (fresh) {
                 const real wasted = (real)(iteration + 1 - since);
-                if (work->pause > 0)
-                    --work->pause;
-                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
-                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + active_vehicle_FACTORS_COST);
-                    work->streak = work->spent + wasted + active_vehicle_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
-                    work->pause = work->streak;
+                if (work->refactor_steps_left > 0)
+                    --work->refactor_steps_left;
+                if (work->reused_factorizations > 0 || wasted > K(0.0)) { /* did reuse cost less than factors at every step? */
+                    const real own = (real)(work->reused_factorizations + 1) * ((real)work->fresh_iterations + active_vehicle_FACTORS_COST);
+                    work->refactor_interval = work->cycle_iterations + wasted + active_vehicle_FACTORS_COST <= own ? 0 : work->refactor_interval < 32 ? 2 * work->refactor_interval + 1 : 63;
+                    work->refactor_steps_left = work->refactor_interval;
                 }
-                work->usual = since;
-                work->spent = (real)since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                work->fresh_iterations = since;
+                work->cycle_iterations = (real)since;
+                work->reused_factorizations = 0;
+                work->extra_iterations = work->last_extra_iterations = K(0.0);
             } else {
-                ++work->borrowed;
-                work->spent = work->spent + (real)since;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
+                ++work->reused_factorizations;
+                work->cycle_iterations = work->cycle_iterations + (real)since;
+                work->last_extra_iterations = (real)(since > work->fresh_iterations + 1 ? since - work->fresh_iterations : 0);
+                work->extra_iterations = work->extra_iterations + work->last_extra_iterations;
             }
             statistics->max_residual = active_vehicle_larger(statistics->max_residual, largest);
-            --work->trusted;
+            --work->tolerance_steps_left;
             if (active_vehicle_turns_too_far(step, work))
                 return ACTIVE_VEHICLE_ROTATION_TOO_LARGE;
             active_vehicle_move(from, step, work);
@@ -995,27 +995,27 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
 /* The state at the end of the step that is in work. */
 static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, active_vehicle_state *state, const active_vehicle_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
+    real prediction_error[3] = { K(0.0), K(0.0), K(0.0) }; /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
     int i;
     for (i = 0; i < 7; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
         const real unit = work->per_unit[i];
         const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[7 + i]);
-        missed[0] = missed[0] + first * first;
-        missed[1] = missed[1] + second * second;
-        missed[2] = missed[2] + third * third;
+        prediction_error[0] = prediction_error[0] + first * first;
+        prediction_error[1] = prediction_error[1] + second * second;
+        prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[7 + i] = before;
         state->a_before[i] = old;
         state->a[i] = a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }
-    if (state->known < 3)
-        ++state->known;
-    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
-    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
-        state->order = 2;
+    if (state->history < 3)
+        ++state->history;
+    state->predictor_order = state->history >= 2 && (state->history < 3 || prediction_error[1] < prediction_error[0]);
+    if (state->history >= 3 && prediction_error[2] < prediction_error[1] && prediction_error[2] < prediction_error[0])
+        state->predictor_order = 2;
     memcpy(state->q, work->q, sizeof state->q);
     state->t = t;
 }

@@ -132,8 +132,8 @@ typedef struct free_spinning_body_state {
     eomgen_real vdot[6];
     eomgen_real a[6];  /* algorithmic acceleration */
     eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
-    long known;       /* how many steps there are to predict from, at most 3 */
-    long order;       /* of the polynomial that would have predicted the last step best */
+    long history;         /* how many steps there are to predict from, at most 3 */
+    long predictor_order; /* of the polynomial that would have predicted the last step best */
     eomgen_real rho_inf;     /* a belongs to it and to step */
     eomgen_real step;        /* t = origin + count * step */
     eomgen_real origin;
@@ -159,11 +159,11 @@ typedef struct free_spinning_body_workspace {
     eomgen_real unknown[6];      /* E, step lam */
     eomgen_real increment[6];     /* the exponent is step * increment */
     eomgen_real right[6], solution[6], per_tolerance[6];
-    int measured;             /* unit and per_unit hold what they should */
-    int trusted;              /* steps for which tolerances still hold, of the size trusted_step */
-    eomgen_real trusted_step;
+    int units_valid;          /* unit and per_unit have been computed */
+    int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
+    eomgen_real tolerance_step;
     eomgen_real unit[6], per_unit[6]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[6], fade; /* what rounding was seen to change each unknown by, and how much of that still counts */
+    eomgen_real rounding[6], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
     eomgen_real speed[1];            /* of the step, in these units */
     eomgen_real numbers[108];     /* of the partials, and their products with T */
     eomgen_real tangents[1];
@@ -176,11 +176,11 @@ typedef struct free_spinning_body_workspace {
     eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    long usual;               /* iterations of a step with factors of its own */
-    long borrowed;            /* steps since then */
-    eomgen_real spent;        /* iterations of all these steps */
-    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
-    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
+    long fresh_iterations;       /* iterations of the last step with factors of its own */
+    long reused_factorizations;  /* steps since then, which took these factors */
+    eomgen_real cycle_iterations; /* iterations of all these steps */
+    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
 } free_spinning_body_workspace;
 
 /* English text of a status. */

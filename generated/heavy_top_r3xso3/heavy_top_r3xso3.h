@@ -189,8 +189,8 @@ typedef struct heavy_top_r3xso3_state {
     eomgen_real inverse_inertia[6]; /* 1/M_ii at the start, by which they move positions */
     eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
     eomgen_real lam_before[6];
-    long known;       /* how many steps there are to predict from, at most 3 */
-    long order;       /* of the polynomial that would have predicted the last step best */
+    long history;         /* how many steps there are to predict from, at most 3 */
+    long predictor_order; /* of the polynomial that would have predicted the last step best */
     eomgen_real rho_inf;     /* a belongs to it and to step */
     eomgen_real step;        /* t = origin + count * step */
     eomgen_real origin;
@@ -218,16 +218,17 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real unknown[12];      /* E, step lam, eta */
     eomgen_real increment[6];     /* the exponent is step * increment */
     eomgen_real right[15], solution[12], per_tolerance[12];
-    int measured;             /* unit and per_unit hold what they should */
-    int trusted;              /* steps for which tolerances still hold, of the size trusted_step */
-    eomgen_real trusted_step;
+    int units_valid;          /* unit and per_unit have been computed */
+    int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
+    eomgen_real tolerance_step;
     eomgen_real unit[12], per_unit[12]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[12], fade; /* what rounding was seen to change each unknown by, and how much of that still counts */
+    eomgen_real rounding[12], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
     eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real size[3], reach; /* what the summands of each row of Phi add up to; the largest of it, in these units */
-    eomgen_real slip;                /* what rounding of q and Phi, by the step, is in these units */
-    eomgen_real slack;               /* of w, in these units */
-    eomgen_real blur, share;         /* what rounding was seen to do to step lam, in these units; the part of the multipliers that is rounding */
+    eomgen_real size[3], largest_size; /* sum of the magnitudes of the summands of each row of Phi; the largest, in these units */
+    eomgen_real position_rounding;   /* rounding of q and Phi, by the step, in these units */
+    eomgen_real velocity_tolerance;  /* of w, in these units */
+    eomgen_real multiplier_rounding; /* what rounding was seen to change step lam by, in these units */
+    eomgen_real rounding_share;      /* the part of the multipliers that is rounding */
     eomgen_real jacobian[17];     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real numbers[108];     /* of the partials, and their products with T */
     eomgen_real tangents[9];
@@ -240,11 +241,11 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    long usual;               /* iterations of a step with factors of its own */
-    long borrowed;            /* steps since then */
-    eomgen_real spent;        /* iterations of all these steps */
-    eomgen_real excess, last_excess; /* iterations beyond the usual ones: in all since then, and in the last step */
-    long pause, streak;       /* steps that make factors of their own before borrowing is tried again: left, and in all */
+    long fresh_iterations;       /* iterations of the last step with factors of its own */
+    long reused_factorizations;  /* steps since then, which took these factors */
+    eomgen_real cycle_iterations; /* iterations of all these steps */
+    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
 } heavy_top_r3xso3_workspace;
 
 /* English text of a status. */

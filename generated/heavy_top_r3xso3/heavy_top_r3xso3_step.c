@@ -1020,9 +1020,9 @@ static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, 
     real extent[3];
     int i;
     heavy_top_r3xso3_constraint_size(work->q, work->size, extent);
-    work->reach = K(0.0);
+    work->largest_size = K(0.0);
     for (i = 0; i < 3; ++i)
-        work->reach = heavy_top_r3xso3_larger(work->reach, work->size[i] * work->unit[6 + i]);
+        work->largest_size = heavy_top_r3xso3_larger(work->largest_size, work->size[i] * work->unit[6 + i]);
     (void)p; (void)t; (void)extent;
 }
 
@@ -1035,10 +1035,10 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     for (i = 0; i < 12; ++i)
         work->unit[i] = work->per_unit[i] = K(1.0);
     memset(work->rounding, 0, sizeof work->rounding);
-    work->fade = K(0.0);
-    work->trusted = 0;
-    work->blur = work->share = K(0.0);
-    work->measured = 1;
+    work->rounding_decay = K(0.0);
+    work->tolerance_steps_left = 0;
+    work->multiplier_rounding = work->rounding_share = K(0.0);
+    work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
     memset(work->lam, 0, sizeof work->lam);
     heavy_top_r3xso3_partial_numbers(p, t, work);
@@ -1343,7 +1343,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->known = state->order = 0;
+    state->history = state->predictor_order = 0;
     memset(state->eta, 0, sizeof state->eta);
     (void)settings;
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
@@ -1354,7 +1354,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso
 {
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     int i;
-    if (work->measured)
+    if (work->units_valid)
         return HEAVY_TOP_R3XSO3_OK;
     status = heavy_top_r3xso3_prepare(p, state->t, first, last, K(0.0), work);
     memcpy(work->q, state->q, sizeof work->q);
@@ -1408,7 +1408,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     start.origin = start.t;
     start.count = 0;
     memset(start.inverse_inertia, 0, sizeof start.inverse_inertia);
-    work->measured = 0;
+    work->units_valid = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = heavy_top_r3xso3_renew(p, settings, &start, work, u_table);
@@ -1478,25 +1478,25 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
         changed = changed + more * more;
     }
     work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* as if all had the same part of it */
-    work->slip = K(2.0) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_larger(heavy_top_r3xso3_extent(work->q, work), work->reach) / step;
+    work->position_rounding = K(2.0) * heavy_top_r3xso3_EPSILON * heavy_top_r3xso3_larger(heavy_top_r3xso3_extent(work->q, work), work->largest_size) / step;
     for (i = 0; i < 6; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     impulse = changed;
     for (i = 6; i < 9; ++i)
         impulse = impulse + (work->per_unit[i] * work->unknown[i]) * (work->per_unit[i] * work->unknown[i]);
     impulse = EG_SQRT(impulse);
-    work->share = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->fade * work->blur) / (impulse + heavy_top_r3xso3_NOTHING);
+    work->rounding_share = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->rounding_decay * work->multiplier_rounding) / (impulse + heavy_top_r3xso3_NOTHING);
     impulse = (least + settings->rtol) * impulse + c->b * (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]);
     for (i = 6; i < 9; ++i)
         work->per_tolerance[i] = impulse * work->unit[i];
     for (i = 9; i < 12; ++i)
-        work->per_tolerance[i] = ((least + K(0.03) * settings->rtol) * work->speed[0] + work->slip) * work->unit[i];
-    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
+        work->per_tolerance[i] = ((least + K(0.03) * settings->rtol) * work->speed[0] + work->position_rounding) * work->unit[i];
+    work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 12; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_NOTHING);
-    work->slack = (K(0.02) * settings->atol + K(1e-4) * settings->rtol + K(16.0) * heavy_top_r3xso3_EPSILON) * work->speed[0];
-    work->trusted = from->known < 3 ? 1 : 4;
-    work->trusted_step = step;
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_NOTHING);
+    work->velocity_tolerance = (K(0.02) * settings->atol + K(1e-4) * settings->rtol + K(16.0) * heavy_top_r3xso3_EPSILON) * work->speed[0];
+    work->tolerance_steps_left = from->history < 3 ? 1 : 4;
+    work->tolerance_step = step;
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
@@ -1504,15 +1504,15 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
 static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_workspace *work)
 {
     int i;
-    const real slip = K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->slip;
+    const real rounding_rate = K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0] + work->position_rounding;
     for (i = 0; i < 6; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]) * work->unit[i])))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->rounding_decay * work->rounding[i] + (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
     for (i = 6; i < 9; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + c->b * slip * work->unit[i] + K(8.0) * heavy_top_r3xso3_EPSILON * EG_ABS(work->unknown[i]))))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->rounding_decay * work->rounding[i] + c->b * rounding_rate * work->unit[i] + K(8.0) * heavy_top_r3xso3_EPSILON * EG_ABS(work->unknown[i]))))
             return 0;
     for (i = 9; i < 12; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + slip * work->unit[i])))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->rounding_decay * work->rounding[i] + rounding_rate * work->unit[i])))
             return 0;
     return 1;
 }
@@ -1530,7 +1530,7 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
         heavy_top_r3xso3_constraint_velocity(work->q, work->v, work->rate);
         for (i = 0; i < 3; ++i)
             violation = heavy_top_r3xso3_larger(violation, EG_ABS(work->unit[6 + i] * work->rate[i]));
-        if (!(violation > work->slack) || (attempt > 0 && violation > K(0.3) * before)) /* there, or down to rounding */
+        if (!(violation > work->velocity_tolerance) || (attempt > 0 && violation > K(0.3) * before)) /* there, or down to rounding */
             return attempt == 0 || violation <= K(4.0) * before;
         if (attempt == 2)
             return 0;
@@ -1542,9 +1542,9 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
     }
 }
 
-/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
-static real heavy_top_r3xso3_missed(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
-    const real *correction, const real *moved, real part, real *missed, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
+/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate itself leads. */
+static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -1558,7 +1558,7 @@ static real heavy_top_r3xso3_missed(const heavy_top_r3xso3_parameters *p, const 
     heavy_top_r3xso3_add(scale, moved, -part, work);
     heavy_top_r3xso3_add(scale, work->solution, K(-1.0), work);
     for (i = 0; i < 12; ++i)
-        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+        error[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
     return EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
 }
 
@@ -1599,20 +1599,20 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
         if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
             moved[i] = work->solution[i] = K(0.0);
     size = EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
-    size_near = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR, near, work, statistics);
-    size_far = heavy_top_r3xso3_missed(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far, work, statistics);
+    size_near = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR, near, work, statistics);
+    size_far = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far, work, statistics);
     heavy_top_r3xso3_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * heavy_top_r3xso3_NEAR * size) && size_far <= K(0.125) * heavy_top_r3xso3_FAR * size))
         return 0;
     for (i = 0; i < 12; ++i) {
         const real most = heavy_top_r3xso3_larger(EG_ABS(correction[i]), heavy_top_r3xso3_larger(EG_ABS(near[i]), EG_ABS(far[i])));
-        work->rounding[i] = heavy_top_r3xso3_larger(work->fade * work->rounding[i], K(2.0) * most);
+        work->rounding[i] = heavy_top_r3xso3_larger(work->rounding_decay * work->rounding[i], K(2.0) * most);
     }
-    work->fade = K(1.0);
-    work->trusted = 0;
-    work->blur = K(0.0);
+    work->rounding_decay = K(1.0);
+    work->tolerance_steps_left = 0;
+    work->multiplier_rounding = K(0.0);
     for (i = 6; i < 9; ++i)
-        work->blur = heavy_top_r3xso3_larger(work->blur, work->rounding[i] * work->per_unit[i]);
+        work->multiplier_rounding = heavy_top_r3xso3_larger(work->multiplier_rounding, work->rounding[i] * work->per_unit[i]);
     return 1;
 }
 
@@ -1621,7 +1621,7 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0,  Phi(q, t)/step = 0,  w(q, v, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
- * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and reuse is tried
  * again ever more rarely. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_state *from, real t, real step, int refresh, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
@@ -1633,7 +1633,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     long iteration, since = 0;
     int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > heavy_top_r3xso3_FACTORS_COST + work->excess;
+        || work->refactor_steps_left > 0 || work->last_extra_iterations * (real)(work->reused_factorizations + 1) > heavy_top_r3xso3_FACTORS_COST + work->extra_iterations;
     scale.r = -step;
     scale.phi = -per_step;
     scale.w = K(-1.0);
@@ -1644,9 +1644,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     for (i = 0; i < 6; ++i) {
         const real a = from->a[i];
         real next = a;
-        if (from->order >= 1)
+        if (from->predictor_order >= 1)
             next = next + (a - from->a_before[i]);
-        if (from->order >= 2)
+        if (from->predictor_order >= 2)
             next = next + (a - K(2.0) * from->a_before[i] + from->a_before[6 + i]);
         x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
         work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
@@ -1654,9 +1654,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     }
     for (i = 0; i < 3; ++i) {
         work->lam[i] = from->lam[i];
-        if (from->order >= 1)
+        if (from->predictor_order >= 1)
             work->lam[i] = work->lam[i] + (from->lam[i] - from->lam_before[i]);
-        if (from->order >= 2)
+        if (from->predictor_order >= 2)
             work->lam[i] = work->lam[i] + (from->lam[i] - K(2.0) * from->lam_before[i] + from->lam_before[3 + i]);
         x[6 + i] = step * work->lam[i];
     }
@@ -1687,7 +1687,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         }
         
         error = heavy_top_r3xso3_correct(&scale, work);
-        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+        if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             heavy_top_r3xso3_tolerances(settings, c, from, step, work);
             error = heavy_top_r3xso3_size_of_correction(work);
         }
@@ -1710,27 +1710,27 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         if (settled) {
             if (fresh) {
                 const real wasted = (real)(iteration + 1 - since);
-                if (work->pause > 0)
-                    --work->pause;
-                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
-                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + heavy_top_r3xso3_FACTORS_COST);
-                    work->streak = work->spent + wasted + heavy_top_r3xso3_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
-                    work->pause = work->streak;
+                if (work->refactor_steps_left > 0)
+                    --work->refactor_steps_left;
+                if (work->reused_factorizations > 0 || wasted > K(0.0)) { /* did reuse cost less than factors at every step? */
+                    const real own = (real)(work->reused_factorizations + 1) * ((real)work->fresh_iterations + heavy_top_r3xso3_FACTORS_COST);
+                    work->refactor_interval = work->cycle_iterations + wasted + heavy_top_r3xso3_FACTORS_COST <= own ? 0 : work->refactor_interval < 32 ? 2 * work->refactor_interval + 1 : 63;
+                    work->refactor_steps_left = work->refactor_interval;
                 }
-                work->usual = since;
-                work->spent = (real)since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                work->fresh_iterations = since;
+                work->cycle_iterations = (real)since;
+                work->reused_factorizations = 0;
+                work->extra_iterations = work->last_extra_iterations = K(0.0);
             } else {
-                ++work->borrowed;
-                work->spent = work->spent + (real)since;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
+                ++work->reused_factorizations;
+                work->cycle_iterations = work->cycle_iterations + (real)since;
+                work->last_extra_iterations = (real)(since > work->fresh_iterations + 1 ? since - work->fresh_iterations : 0);
+                work->extra_iterations = work->extra_iterations + work->last_extra_iterations;
             }
             for (i = 9; i < 12; ++i)
                 statistics->max_eta = heavy_top_r3xso3_larger(statistics->max_eta, EG_ABS(x[i]));
             statistics->max_residual = heavy_top_r3xso3_larger(statistics->max_residual, largest);
-            --work->trusted;
+            --work->tolerance_steps_left;
             if (heavy_top_r3xso3_turns_too_far(step, work))
                 return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
             return heavy_top_r3xso3_finite(work->q, 7) && heavy_top_r3xso3_finite(work->v, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
@@ -1747,27 +1747,27 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
 /* The state at the end of the step that is in work. */
 static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real t, heavy_top_r3xso3_state *state, const heavy_top_r3xso3_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
+    real prediction_error[3] = { K(0.0), K(0.0), K(0.0) }; /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
     int i;
     for (i = 0; i < 6; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
         const real unit = work->per_unit[i];
         const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[6 + i]);
-        missed[0] = missed[0] + first * first;
-        missed[1] = missed[1] + second * second;
-        missed[2] = missed[2] + third * third;
+        prediction_error[0] = prediction_error[0] + first * first;
+        prediction_error[1] = prediction_error[1] + second * second;
+        prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[6 + i] = before;
         state->a_before[i] = old;
         state->a[i] = a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }
-    if (state->known < 3)
-        ++state->known;
-    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
-    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
-        state->order = 2;
+    if (state->history < 3)
+        ++state->history;
+    state->predictor_order = state->history >= 2 && (state->history < 3 || prediction_error[1] < prediction_error[0]);
+    if (state->history >= 3 && prediction_error[2] < prediction_error[1] && prediction_error[2] < prediction_error[0])
+        state->predictor_order = 2;
     memcpy(state->q, work->q, sizeof state->q);
     memcpy(state->lam_before + 3, state->lam_before, sizeof state->lam);
     memcpy(state->lam_before, state->lam, sizeof state->lam);
@@ -1851,8 +1851,8 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity, velocity);
-    if (work->speed[0] > K(4.0) * work->slip) /* where nothing moves, there are no impulses to be part of */
-        state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding, work->share < K(1.0) ? work->share : K(1.0));
+    if (work->speed[0] > K(4.0) * work->position_rounding) /* where nothing moves, there are no impulses to be part of */
+        state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding, work->rounding_share < K(1.0) ? work->rounding_share : K(1.0));
 }
 
 /* Largest by smallest pivot of the last factors: a cheap sign of ill conditioning. */

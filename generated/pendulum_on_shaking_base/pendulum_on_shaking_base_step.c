@@ -257,9 +257,9 @@ static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_para
     for (i = 0; i < 1; ++i)
         work->unit[i] = work->per_unit[i] = K(1.0);
     memset(work->rounding, 0, sizeof work->rounding);
-    work->fade = K(0.0);
-    work->trusted = 0;
-    work->measured = 1;
+    work->rounding_decay = K(0.0);
+    work->tolerance_steps_left = 0;
+    work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
     pendulum_on_shaking_base_partial_numbers(p, t, work);
     for (i = 0; i < 1; ++i) {
@@ -416,7 +416,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->known = state->order = 0;
+    state->history = state->predictor_order = 0;
     (void)settings;
     return pendulum_on_shaking_base_finite(state->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
@@ -425,7 +425,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(const pendulum_on_shaking_base_parameters *p, pendulum_on_shaking_base_state *state, const real *first, const real *last, pendulum_on_shaking_base_workspace *work)
 {
     pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
-    if (work->measured)
+    if (work->units_valid)
         return PENDULUM_ON_SHAKING_BASE_OK;
     status = pendulum_on_shaking_base_prepare(p, state->t, first, last, K(0.0), work);
     memcpy(work->q, state->q, sizeof work->q);
@@ -472,7 +472,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
-    work->measured = 0;
+    work->units_valid = 0;
     work->factored_step = K(0.0);
     work->rate_of_convergence = K(0.3);
     status = pendulum_on_shaking_base_renew(p, settings, &start, work, u_table);
@@ -529,11 +529,11 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
     for (i = 0; i < 1; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
-    work->fade = work->fade > K(1e-3) ? K(0.96) * work->fade : K(0.0);
+    work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 1; ++i)
-        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->fade * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + pendulum_on_shaking_base_NOTHING);
-    work->trusted = from->known < 3 ? 1 : 4;
-    work->trusted_step = step;
+        work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i] + settings->rtol * EG_ABS(work->unknown[i]) + pendulum_on_shaking_base_NOTHING);
+    work->tolerance_steps_left = from->history < 3 ? 1 : 4;
+    work->tolerance_step = step;
 }
 
 /* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then. Velocities alone do not tell:
@@ -542,14 +542,14 @@ static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base
 {
     int i;
     for (i = 0; i < 1; ++i)
-        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->fade * work->rounding[i] + (K(4.0) * pendulum_on_shaking_base_EPSILON * work->speed[0]) * work->unit[i])))
+        if (!(EG_ABS(work->solution[i]) <= K(8.0) * (work->rounding_decay * work->rounding[i] + (K(4.0) * pendulum_on_shaking_base_EPSILON * work->speed[0]) * work->unit[i])))
             return 0;
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` miss the point where the correction from the iterate itself leads to. */
-static real pendulum_on_shaking_base_missed(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from, real t, real step,
-    const real *correction, const real *moved, real part, real *missed, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+/* How far corrections from an iterate moved by a part of `moved` end from where the correction from the iterate itself leads. */
+static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -563,7 +563,7 @@ static real pendulum_on_shaking_base_missed(const pendulum_on_shaking_base_param
     pendulum_on_shaking_base_add(scale, moved, -part, work);
     pendulum_on_shaking_base_add(scale, work->solution, K(-1.0), work);
     for (i = 0; i < 1; ++i)
-        missed[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
+        error[i] = work->solution[i] = work->solution[i] - correction[i] + part * moved[i];
     return EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
 }
 
@@ -598,17 +598,17 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
         within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
-    size_near = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_NEAR, near, work, statistics);
-    size_far = pendulum_on_shaking_base_missed(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_FAR, far, work, statistics);
+    size_near = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_NEAR, near, work, statistics);
+    size_far = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved, pendulum_on_shaking_base_FAR, far, work, statistics);
     pendulum_on_shaking_base_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * pendulum_on_shaking_base_NEAR * size) && size_far <= K(0.125) * pendulum_on_shaking_base_FAR * size))
         return 0;
     for (i = 0; i < 1; ++i) {
         const real most = pendulum_on_shaking_base_larger(EG_ABS(correction[i]), pendulum_on_shaking_base_larger(EG_ABS(near[i]), EG_ABS(far[i])));
-        work->rounding[i] = pendulum_on_shaking_base_larger(work->fade * work->rounding[i], K(2.0) * most);
+        work->rounding[i] = pendulum_on_shaking_base_larger(work->rounding_decay * work->rounding[i], K(2.0) * most);
     }
-    work->fade = K(1.0);
-    work->trusted = 0;
+    work->rounding_decay = K(1.0);
+    work->tolerance_steps_left = 0;
     return 1;
 }
 
@@ -617,7 +617,7 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,   vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
  * Factors serve until one more step with them would cost more than the average step since they were made, their making included;
- * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and lending them is tried
+ * one iteration more is chance. Where they do not even serve the next step, they are made in every step, and reuse is tried
  * again ever more rarely. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
     const pendulum_on_shaking_base_state *from, real t, real step, int refresh, pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
@@ -629,7 +629,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     long iteration, since = 0;
     int i, factor, settled, fresh = 0, asked = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
-        || work->pause > 0 || work->last_excess * (real)(work->borrowed + 1) > pendulum_on_shaking_base_FACTORS_COST + work->excess;
+        || work->refactor_steps_left > 0 || work->last_extra_iterations * (real)(work->reused_factorizations + 1) > pendulum_on_shaking_base_FACTORS_COST + work->extra_iterations;
     scale.r = -step;
     scale.phi = -per_step;
     scale.w = K(-1.0);
@@ -640,9 +640,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     for (i = 0; i < 1; ++i) {
         const real a = from->a[i];
         real next = a;
-        if (from->order >= 1)
+        if (from->predictor_order >= 1)
             next = next + (a - from->a_before[i]);
-        if (from->order >= 2)
+        if (from->predictor_order >= 2)
             next = next + (a - K(2.0) * from->a_before[i] + from->a_before[1 + i]);
         x[i] = from->v[i] + step * ((K(0.5) - c->beta) * a + c->beta * next);
         work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
@@ -673,7 +673,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         }
         
         error = pendulum_on_shaking_base_correct(&scale, work);
-        if (iteration == 0 && (work->trusted <= 0 || work->trusted_step != step)) {
+        if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             pendulum_on_shaking_base_tolerances(settings, c, from, step, work);
             error = pendulum_on_shaking_base_size_of_correction(work);
         }
@@ -694,25 +694,25 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         if (settled) {
             if (fresh) {
                 const real wasted = (real)(iteration + 1 - since);
-                if (work->pause > 0)
-                    --work->pause;
-                if (work->borrowed > 0 || wasted > K(0.0)) { /* did borrowing cost less than factors at every step would have? */
-                    const real own = (real)(work->borrowed + 1) * ((real)work->usual + pendulum_on_shaking_base_FACTORS_COST);
-                    work->streak = work->spent + wasted + pendulum_on_shaking_base_FACTORS_COST <= own ? 0 : work->streak < 32 ? 2 * work->streak + 1 : 63;
-                    work->pause = work->streak;
+                if (work->refactor_steps_left > 0)
+                    --work->refactor_steps_left;
+                if (work->reused_factorizations > 0 || wasted > K(0.0)) { /* did reuse cost less than factors at every step? */
+                    const real own = (real)(work->reused_factorizations + 1) * ((real)work->fresh_iterations + pendulum_on_shaking_base_FACTORS_COST);
+                    work->refactor_interval = work->cycle_iterations + wasted + pendulum_on_shaking_base_FACTORS_COST <= own ? 0 : work->refactor_interval < 32 ? 2 * work->refactor_interval + 1 : 63;
+                    work->refactor_steps_left = work->refactor_interval;
                 }
-                work->usual = since;
-                work->spent = (real)since;
-                work->borrowed = 0;
-                work->excess = work->last_excess = K(0.0);
+                work->fresh_iterations = since;
+                work->cycle_iterations = (real)since;
+                work->reused_factorizations = 0;
+                work->extra_iterations = work->last_extra_iterations = K(0.0);
             } else {
-                ++work->borrowed;
-                work->spent = work->spent + (real)since;
-                work->last_excess = (real)(since > work->usual + 1 ? since - work->usual : 0);
-                work->excess = work->excess + work->last_excess;
+                ++work->reused_factorizations;
+                work->cycle_iterations = work->cycle_iterations + (real)since;
+                work->last_extra_iterations = (real)(since > work->fresh_iterations + 1 ? since - work->fresh_iterations : 0);
+                work->extra_iterations = work->extra_iterations + work->last_extra_iterations;
             }
             statistics->max_residual = pendulum_on_shaking_base_larger(statistics->max_residual, largest);
-            --work->trusted;
+            --work->tolerance_steps_left;
             if (pendulum_on_shaking_base_turns_too_far(step, work))
                 return PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE;
             pendulum_on_shaking_base_move(from, step, work);
@@ -730,27 +730,27 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
 /* The state at the end of the step that is in work. */
 static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coefficients *c, real t, pendulum_on_shaking_base_state *state, const pendulum_on_shaking_base_workspace *work)
 {
-    real missed[3] = { K(0.0), K(0.0), K(0.0) }; /* by polynomials of order 0, 1 and 2, as far as there are values for them, by kinetic energy */
+    real prediction_error[3] = { K(0.0), K(0.0), K(0.0) }; /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
     int i;
     for (i = 0; i < 1; ++i) {
         const real old = state->a[i], before = state->a_before[i];
         const real a = ((K(1.0) - c->alpha_f) * work->vdot[i] + c->alpha_f * state->vdot[i] - c->alpha_m * old) * c->to_a;
         const real unit = work->per_unit[i];
         const real first = unit * (a - old), second = first - unit * (old - before), third = second - unit * (old - K(2.0) * before + state->a_before[1 + i]);
-        missed[0] = missed[0] + first * first;
-        missed[1] = missed[1] + second * second;
-        missed[2] = missed[2] + third * third;
+        prediction_error[0] = prediction_error[0] + first * first;
+        prediction_error[1] = prediction_error[1] + second * second;
+        prediction_error[2] = prediction_error[2] + third * third;
         state->a_before[1 + i] = before;
         state->a_before[i] = old;
         state->a[i] = a;
         state->v[i] = work->v[i];
         state->vdot[i] = work->vdot[i];
     }
-    if (state->known < 3)
-        ++state->known;
-    state->order = state->known >= 2 && (state->known < 3 || missed[1] < missed[0]);
-    if (state->known >= 3 && missed[2] < missed[1] && missed[2] < missed[0])
-        state->order = 2;
+    if (state->history < 3)
+        ++state->history;
+    state->predictor_order = state->history >= 2 && (state->history < 3 || prediction_error[1] < prediction_error[0]);
+    if (state->history >= 3 && prediction_error[2] < prediction_error[1] && prediction_error[2] < prediction_error[0])
+        state->predictor_order = 2;
     memcpy(state->q, work->q, sizeof state->q);
     state->t = t;
 }
