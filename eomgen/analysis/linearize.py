@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from eomgen.analysis.equilibrium import equilibrium
 from eomgen.analysis.steady_motion import steady_motion
-from eomgen.analysis.terms import terms_needed
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
 from eomgen.compiled.coordinates import component_names, joint_factors
@@ -24,6 +23,7 @@ from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
 from eomgen.scene.disturbances import disturbance_names, driven_inputs
+from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -89,7 +89,7 @@ def linearize(
     p = model.parameter_array(parameters)
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
-    able = model.having(terms_needed(model))
+    able = model.having(PURPOSES["linearization"])
     setting = Setting(number_of("t", t), p, u, None if base is None else able._terms.base(base))
     said = sorted(name for name, value in given.items() if value is not None)
     if said:
@@ -108,7 +108,7 @@ def linearize(
 
 def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
-    able, t = model.having(terms_needed(model)), float(state.t)
+    able, t = model.having(PURPOSES["linearization"]), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)

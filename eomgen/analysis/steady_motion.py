@@ -24,13 +24,13 @@ from eomgen.analysis.definiteness import beyond_order, indefinite_mass
 from eomgen.analysis.equilibrium_warnings import Places
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
 from eomgen.analysis.symmetries import Fields, constant, symmetries
-from eomgen.analysis.terms import terms_needed
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
+from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -126,7 +126,7 @@ def steady_motion(
     p = model.parameter_array(parameters)
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
-    able = model.having(terms_needed(model))
+    able = model.having(PURPOSES["linearization"])
     start = initial_state(able, initial, p)
     q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
     conditions = _conditions(able, p, number_of("t", t), u, q, np.where(held_v, v, start.v))

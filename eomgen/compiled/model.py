@@ -25,6 +25,7 @@ from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_deriv
 from eomgen.errors import UsageError
 from eomgen.scene.scene import Scene
 from eomgen.solvers.consistency import Assembly, Constrained, assemble, check_left_out, split_sizes
+from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.library import Library
 
 #: What the function ``energy`` gives, in order: J, J, W, W.
@@ -139,9 +140,24 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         """What the model was built with."""
         return tuple(name for name in self.functions.names if name not in DRIVERS)
 
+    @property
+    def _facts(self) -> frozenset[str]:
+        """Facts by which terms exist."""
+        facts = {
+            "constraints": bool(self.multipliers),
+            "unconstrained": not self.multipliers,
+            "states": bool(self.nz),
+            "absolute": self.scene.coordinates == "absolute",
+            "outputs": bool(self.library.layout["outputs"]),
+        }
+        return frozenset(name for name, holds in facts.items() if holds)
+
     def having(self, terms: Sequence[str]) -> Self:
-        """Return a model of this scene that has all of some terms: this one, or another, compiled when it is first needed."""
-        wanted = tuple(terms)
+        """Return a model of this scene that has all of some terms, as far as the scene has them.
+
+        It is this one, or another, compiled when it is first needed.
+        """
+        wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if all(name in self.functions for name in wanted) or self._built is None:
             return self
         if wanted not in self._others:
@@ -346,7 +362,7 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
     UsageError
         The model was built without the terms that constraints need.
     """
-    needed = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+    needed = PURPOSES["initial_assembly"]
     able = model.having(needed)
     missing = [name for name in needed if name not in able.functions]
     if missing:

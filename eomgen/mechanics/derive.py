@@ -14,7 +14,7 @@ from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
-from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS, rate_blocks
+from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
@@ -22,93 +22,7 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
-
-#: All terms, with the input blocks each may depend on and what it is.
-TERMS: dict[str, tuple[tuple[str, ...], str]] = {
-    "mass": (("p", "q"), "inertia matrix M(q), symmetric, full"),
-    "coupling": (("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
-    "force": (("p", "t", "q", "v", "z", "u", "base"), "generalized force Q: gravity, springs, dampers, actuators, formulas"),
-    "base_motion": (("p", "q", "v", "base"), "base-motion terms b: inertia terms that vanish when the base is at rest"),
-    "inverse_dynamics": (("p", "t", "q", "v", "a", "z", "u", "base"), "tau = M a + h + b - Q in one recursion"),
-    "forward_dynamics": (("p", "t", "q", "v", "z", "u", "base"), "vdot = M^-1 (Q - h - b)"),
-    "residual": (
-        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
-        "residual r = M a + h + b - Q + B^T lam of an implicit step",
-    ),
-    "partials": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "its partials: K in q (left-trivialised), C in v, M in a"),
-    "internal_rate": (("p", "t", "q", "v", "z", "u", "base"), "rates of the internal states: zdot = f(q, v, z, t, u)"),
-    "internal_partials": (
-        ("p", "t", "q", "v", "z", "u", "base"),
-        "partials of these rates in q (left-trivialised), v and z, and of the residual in z",
-    ),
-    "constraint": (("p", "t", "q", "base"), "holonomic constraints Phi(q, t), zero where they are met"),
-    "constraint_velocity": (("p", "t", "q", "v", "base"), "rates of the holonomic constraints, and velocity-level constraints"),
-    "constraint_bias": (("p", "t", "q", "v", "base"), "what is left of the constraints' accelerations when vdot = 0"),
-    "constraint_jacobian": (("p", "t", "q", "base"), "B: derivative of the constraints along w is B w, left-trivialised"),
-    "constraint_size": (
-        ("p", "t", "q", "base"),
-        "what the magnitudes of the summands of each row add up to, and the extent of what it joins",
-    ),
-    "velocity_partials": (("p", "t", "q", "v", "base"), "left-trivialised partials in q of the constraints' rates"),
-    "equations": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "residual, constraints and their rates together"),
-    "iteration": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "nonzeros of all partials of an implicit step together"),
-    "jacobian_values": (("p", "t", "q", "base"), "nonzeros of B"),
-    "poses": (("p", "q", "base"), "quaternion (body to world) and position of every body"),
-    "twists": (("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first"),
-    "accelerations": (("p", "q", "v", "a", "base"), "inertial accelerations of every body in body axes, angular first"),
-    "jacobians": (("p", "q"), "body Jacobians: twist of every body against the base is J v, body axes, angular first"),
-    "outputs": (("p", "t", "q", "v", "a", "z", "lam", "u", "base"), "the scene's named outputs"),
-    "elastic": (
-        ("p", "t", "q", "v", "a", "z", "u", "base"),
-        "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",
-    ),
-    "linearization": (
-        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
-        "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
-    ),
-    "acceleration_partials": (
-        ("p", "t", "q", "v", "a", "base"),
-        "partials of the constraints' accelerations in q (left-trivialised) and v",
-    ),
-    "joint_velocities": (
-        ("p", "t", "q", "v", "a", "base"),
-        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised) and v",
-    ),
-    "output_partials": (
-        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
-        "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances",
-    ),
-    "energy": (
-        ("p", "t", "q", "v", "a", "z", "lam", "u", "base"),
-        "kinetic and potential energy, non-conservative power, power of base and drivers",
-    ),
-    **{name: (term.blocks, term.description) for name, term in RATE_TERMS.items()},
-}
-
-#: Terms that exist only where something is constrained.
-OF_CONSTRAINTS = frozenset(
-    {
-        "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size", "velocity_partials",
-        "jacobian_values", "acceleration_partials",
-    }
-)  # fmt: skip
-
-#: Terms that exist only where there are internal states.
-OF_STATES = frozenset({"internal_rate", "internal_partials"})
-
-#: Terms that are recorded only when they are asked for by name.
-ON_REQUEST = frozenset(
-    {
-        "accelerations", "jacobians", "elastic", "linearization", "acceleration_partials", "joint_velocities", "output_partials",
-        *RATE_TERMS,
-    }
-)  # fmt: skip
-
-#: Terms that may do without accelerations and multipliers.
-OF_MOTION = frozenset({"energy", "outputs", "output_partials"})
-
-#: Terms of large trees that are recorded only when they are asked for by name: whole matrices, which no stepper of theirs needs.
-QUADRATIC = frozenset({"mass", "partials"})
+from eomgen.system.terms import TERMS
 
 _ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
@@ -144,45 +58,40 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     unknown = [name for name in asked if name not in TERMS]
     if unknown:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
+    facts = _known(derivation)
+    existing = [term for term in TERMS.values() if term.exists_with(facts)]
     if asked:
-        return [name for name in TERMS if name in asked and _present(derivation, name)]
-    left_out = ON_REQUEST | QUADRATIC if derivation.large and derivation.constraints is None else ON_REQUEST
-    return [name for name in TERMS if name not in left_out and _present(derivation, name)]
+        return [term.name for term in existing if term.name in asked]
+    whole = not derivation.large or derivation.constraints is not None
+    return [term.name for term in existing if not term.on_request and (whole or not term.quadratic)]
 
 
-def _present(derivation: Derivation, name: str) -> bool:
-    """Return whether a term has any meaning for the scene."""
-    match name:
-        case "equations":
-            return derivation.constraints is not None or bool(derivation.scene.states)
-        case "iteration":
-            return derivation.constraints is not None or derivation.large or bool(derivation.scene.states)
-        case "base_motion" | "base_motion_rates" | "base_motion_rates_1":
-            return derivation.base.moving
-        case "joint_velocities":
-            return derivation.absolute
-        case "elastic":
-            return derivation.tree.elastic
-        case "outputs" | "output_partials":
-            return bool(derivation.scene.outputs)
-        case "forward_dynamics" | "forward_rates" | "forward_rates_1":
-            return derivation.constraints is None
-        case _:
-            if name in OF_STATES:
-                return bool(derivation.scene.states)
-            if name in OF_RIGID_TREES:
-                return not derivation.tree.elastic
-            return name not in OF_CONSTRAINTS or derivation.constraints is not None
+def _known(derivation: Derivation) -> set[str]:
+    """Return the facts by which terms exist."""
+    scene = derivation.scene
+    constrained = derivation.constraints is not None
+    facts = {
+        "constraints": constrained,
+        "unconstrained": not constrained,
+        "states": bool(scene.states),
+        "outputs": bool(scene.outputs),
+        "moving_base": derivation.base.moving,
+        "absolute": derivation.absolute,
+        "elastic": derivation.tree.elastic,
+        "rigid": not derivation.tree.elastic,
+        "large": derivation.large,
+    }
+    return {name for name, holds in facts.items() if holds}
 
 
 def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
     made: dict[str, Function] = {}
     for name in terms:
-        inputs, description = TERMS[name]
-        made[name] = Function(name, description, inputs, tuple(_blocks(derivation, name)))
+        term = TERMS[name]
+        made[name] = Function(name, term.description, term.inputs, tuple(_blocks(derivation, name)))
     timed = any(InputSymbol("t", 0) in tape.depends_on(function.refs) for function in made.values())
-    order = max((RATE_TERMS[name].order for name in terms if name in RATE_TERMS), default=0)
+    order = max((TERMS[name].order for name in terms), default=0)
     taken = {block for function in made.values() for block in function.inputs}
     functions = {name: _pruned(derivation, function, timed) for name, function in made.items()}
     functions |= _drivers(derivation, order, taken)
@@ -219,8 +128,8 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
 
 
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
-    if name in RATE_TERMS:
-        return rate_blocks(derivation, RATE_TERMS[name])
+    if TERMS[name].source:
+        return rate_blocks(derivation, TERMS[name])
     return RECORDERS[name](derivation)
 
 
@@ -275,11 +184,12 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
     """Drop the input blocks that this scene does not have."""
     scene = derivation.scene
     used = {symbol.block for symbol in derivation.tape.depends_on(function.refs)}
+    of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),
         "t": not timed, "z": not scene.states, "u": not scene.inputs, "base": scene.base is None,
-        "lam": derivation.constraints is None or (function.name in OF_MOTION and "lam" not in used),
-        "a": function.name in OF_MOTION and "a" not in used,
+        "lam": derivation.constraints is None or (of_motion and "lam" not in used),
+        "a": of_motion and "a" not in used,
         "u_dot": not scene.inputs, "u_ddot": not scene.inputs, "u_higher": not scene.inputs, "base_rates": scene.base is None,
     }  # fmt: skip
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))

@@ -25,6 +25,7 @@ from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Input, Output
+from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
@@ -63,7 +64,7 @@ def gains(
 ) -> tuple[dict[str, float], list[str]]:
     """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
     opened = _opened(scene)
-    model = build(opened.scene, _terms(scene))
+    model = build(opened.scene, [*PURPOSES["linearization"], "outputs"])
     values = {name: value for name, value in parameters.items() if name not in opened.calibrated}  # these are zero by default
     notes = []
     for item in scene.feedback:
@@ -126,14 +127,6 @@ def _opened(scene: Scene) -> _Opened:
 
 def _input_of(output: str) -> str:
     return f"opened_{output}"[:64]
-
-
-def _terms(scene: Scene) -> list[str]:
-    """Return what equilibrium and linear model need, with constraints or without."""
-    terms = ["mass", "residual", "partials", "linearization", "output_partials", "outputs", "poses"]
-    terms += ["internal_rate", "internal_partials"] if scene.states else []
-    rows = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
-    return [*terms, "forward_dynamics", *rows, "velocity_partials", "acceleration_partials", "joint_velocities"]
 
 
 def _one(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from eomgen.errors import EomgenError
+from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Named, Program
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 _LISTED = 12
 
 
-def settled(program: Program, scene: Scene, build: Callable[[list[str]], Model]) -> Program:
+def settled(program: Program, scene: Scene, build: Callable[[Sequence[str]], Model]) -> Program:
     """Return a Program that starts where ``simulate`` does at the scene's own parameters, and says so.
 
     Where no equilibrium can be found it starts as the joints say, and a RuntimeWarning as well as its README say that.
@@ -30,7 +31,7 @@ def settled(program: Program, scene: Scene, build: Callable[[list[str]], Model])
         Builds the model in which the equilibrium is looked for, with the terms given.
     """
     try:
-        model = build(_terms_at_rest(scene))
+        model = build(PURPOSES["equilibrium"])
         found = model.equilibrium()
         q, v = found.q, model.initial_v
         if model.multipliers:
@@ -54,13 +55,6 @@ def settled(program: Program, scene: Scene, build: Callable[[list[str]], Model])
         said += " Other values have their equilibrium elsewhere, and the C does not look for it."
     state = [tuple(map(float, values)) for values in (q, v, found.z)]
     return replace(program, start=said, initial_q=state[0], initial_v=state[1], initial_z=state[2])
-
-
-def _terms_at_rest(scene: Scene) -> list[str]:
-    """Return what static equilibrium and a consistent start need, with constraints or without."""
-    kinematic = ["constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size"]
-    internal = ["internal_rate", "internal_partials"] if scene.states else []
-    return ["mass", "residual", "partials", "poses", *kinematic, *internal]
 
 
 def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:

@@ -21,12 +21,13 @@ from eomgen.solvers.consistency import (
 )
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
+from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
 #: What is needed to find a consistent state, and the rows that say nothing new.
-NEEDED = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
+NEEDED = PURPOSES["initial_assembly"]
 #: How many other sets of parameters are looked at, and how far away they are, for what follows at the defaults alone.
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 

@@ -45,7 +45,7 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
 )
 
 #: Functions of a motion that is known: no stepper calls them.
-_OBSERVED = frozenset({"energy", "outputs", "poses", "twists", "joint_angles"})
+_OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
 
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")

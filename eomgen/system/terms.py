@@ -1,55 +1,266 @@
-"""The names of the terms that a scene can ask for, and the ones that others have for them."""
+"""The register of terms: names, inputs, where each exists, how it is asked for, and what others call it.
+
+A front end records terms; whoever needs a fact about one asks its row here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from eomgen.text import nearest
 
+Inputs = tuple[str, ...]
+
 #: Highest time derivative of inverse dynamics that can be asked for.
 HIGHEST_RATE = 8
-#: Matrices of the closed form, each a term with its time derivatives.
-CLOSED_MATRICES = ("system_jacobian", "adjoints", "joint_brackets", "link_brackets", "coriolis", "coriolis_skew")
-#: Names of all terms.
-TERMS = (
-    "mass",
-    "coupling",
-    "force",
-    "base_motion",
-    "inverse_dynamics",
-    "forward_dynamics",
-    "residual",
-    "partials",
-    "internal_rate",
-    "internal_partials",
-    "constraint",
-    "constraint_velocity",
-    "constraint_bias",
-    "constraint_jacobian",
-    "constraint_size",
-    "velocity_partials",
-    "equations",
-    "iteration",
-    "jacobian_values",
-    "poses",
-    "twists",
-    "accelerations",
-    "jacobians",
-    "outputs",
-    "elastic",
-    "linearization",
-    "acceleration_partials",
-    "joint_velocities",
-    "output_partials",
-    "energy",
-    *("rates" if order == 2 else f"rates_{order}" for order in range(1, HIGHEST_RATE + 1)),
-    *(f"{block}_rates{suffix}" for block in ("mass", "coupling", "force", "base_motion") for suffix in ("_1", "")),
-    "rates_closed",
-    "mass_rates_closed",
-    *(f"{name}{suffix}" for name in CLOSED_MATRICES for suffix in ("", "_rates_1", "_rates")),
-    "forward_rates_1",
-    "forward_rates",
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Input blocks that it may depend on.
+    exists : tuple of str
+        Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
+        ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``.
+    on_request : bool
+        Recorded only when it is asked for by name.
+    quadratic : bool
+        A whole matrix, which in large trees is recorded only when it is asked for by name.
+    of_motion : bool
+        May do without accelerations and multipliers, and then does not take them.
+    observed : bool
+        A function of a motion that is known: no stepper calls it.
+    source : str
+        For time derivatives and matrices of the closed form: the quantity that is differentiated.
+    first, order : int
+        The lowest and the highest time derivative of ``source`` that it gives.
+    """
+
+    name: str
+    inputs: Inputs
+    description: str
+    exists: tuple[str, ...] = ()
+    on_request: bool = False
+    quadratic: bool = False
+    of_motion: bool = False
+    observed: bool = False
+    source: str = ""
+    first: int = 0
+    order: int = 0
+
+    def exists_with(self, facts: Collection[str]) -> bool:
+        """Return whether the term exists in a system with these facts."""
+        return not self.exists or any(fact in facts for fact in self.exists)
+
+
+_KINEMATIC: Inputs = ("p", "t", "q", "base")
+_STATE: Inputs = ("p", "t", "q", "v", "z", "u", "base")
+_MOTION: Inputs = ("p", "t", "q", "v", "a", "z", "u", "base")
+_ALL: Inputs = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
+_CONSTRAINED = ("constraints",)
+
+_PLAIN = (
+    Term("mass", ("p", "q"), "inertia matrix M(q), symmetric, full", quadratic=True),
+    Term("coupling", ("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
+    Term("force", _STATE, "generalized force Q: gravity, springs, dampers, actuators, formulas"),
+    Term(
+        "base_motion",
+        ("p", "q", "v", "base"),
+        "base-motion terms b: inertia terms that vanish when the base is at rest",
+        exists=("moving_base",),
+    ),
+    Term("inverse_dynamics", _MOTION, "tau = M a + h + b - Q in one recursion"),
+    Term("forward_dynamics", _STATE, "vdot = M^-1 (Q - h - b)", exists=("unconstrained",)),
+    Term("residual", _ALL, "residual r = M a + h + b - Q + B^T lam of an implicit step"),
+    Term("partials", _ALL, "its partials: K in q (left-trivialised), C in v, M in a", quadratic=True),
+    Term("internal_rate", _STATE, "rates of the internal states: zdot = f(q, v, z, t, u)", exists=("states",)),
+    Term(
+        "internal_partials",
+        _STATE,
+        "partials of these rates in q (left-trivialised), v and z, and of the residual in z",
+        exists=("states",),
+    ),
+    Term("constraint", _KINEMATIC, "holonomic constraints Phi(q, t), zero where they are met", exists=_CONSTRAINED),
+    Term(
+        "constraint_velocity",
+        ("p", "t", "q", "v", "base"),
+        "rates of the holonomic constraints, and velocity-level constraints",
+        exists=_CONSTRAINED,
+    ),
+    Term(
+        "constraint_bias",
+        ("p", "t", "q", "v", "base"),
+        "what is left of the constraints' accelerations when vdot = 0",
+        exists=_CONSTRAINED,
+    ),
+    Term(
+        "constraint_jacobian",
+        _KINEMATIC,
+        "B: derivative of the constraints along w is B w, left-trivialised",
+        exists=_CONSTRAINED,
+    ),
+    Term(
+        "constraint_size",
+        _KINEMATIC,
+        "what the magnitudes of the summands of each row add up to, and the extent of what it joins",
+        exists=_CONSTRAINED,
+    ),
+    Term(
+        "velocity_partials",
+        ("p", "t", "q", "v", "base"),
+        "left-trivialised partials in q of the constraints' rates",
+        exists=_CONSTRAINED,
+    ),
+    Term("equations", _ALL, "residual, constraints and their rates together", exists=("constraints", "states")),
+    Term(
+        "iteration",
+        _ALL,
+        "nonzeros of all partials of an implicit step together",
+        exists=("constraints", "large", "states"),
+    ),
+    Term("jacobian_values", _KINEMATIC, "nonzeros of B", exists=_CONSTRAINED),
+    Term("poses", ("p", "q", "base"), "quaternion (body to world) and position of every body", observed=True),
+    Term("twists", ("p", "q", "v", "base"), "inertial twist of every body in body axes, angular first", observed=True),
+    Term(
+        "accelerations",
+        ("p", "q", "v", "a", "base"),
+        "inertial accelerations of every body in body axes, angular first",
+        on_request=True,
+    ),
+    Term(
+        "jacobians",
+        ("p", "q"),
+        "body Jacobians: twist of every body against the base is J v, body axes, angular first",
+        on_request=True,
+    ),
+    Term("outputs", _ALL, "the scene's named outputs", exists=("outputs",), of_motion=True, observed=True),
+    Term(
+        "elastic",
+        _MOTION,
+        "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",
+        exists=("elastic",),
+        on_request=True,
+    ),
+    Term(
+        "linearization",
+        _ALL,
+        "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
+        on_request=True,
+    ),
+    Term(
+        "acceleration_partials",
+        ("p", "t", "q", "v", "a", "base"),
+        "partials of the constraints' accelerations in q (left-trivialised) and v",
+        exists=_CONSTRAINED,
+        on_request=True,
+    ),
+    Term(
+        "joint_velocities",
+        ("p", "t", "q", "v", "a", "base"),
+        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised) and v",
+        exists=("absolute",),
+        on_request=True,
+    ),
+    Term(
+        "output_partials",
+        _ALL,
+        "partials of the outputs in q (left-trivialised), v, a, z, lam, inputs and disturbances",
+        exists=("outputs",),
+        on_request=True,
+        of_motion=True,
+    ),
+    Term(
+        "energy",
+        _ALL,
+        "kinetic and potential energy, non-conservative power, power of base and drivers",
+        of_motion=True,
+        observed=True,
+    ),
 )
+
+#: Matrices of the closed form: what they are, and how many derivatives less than their own order they need of v.
+_CLOSED: dict[str, tuple[str, int]] = {
+    "system_jacobian": ("J, twists of all links against the base per unit of v", 1),
+    "adjoints": ("A, adjoint transforms from every link to every link that it carries", 1),
+    "joint_brackets": ("a, brackets ad of the joints' own twists, link by link", 0),
+    "link_brackets": ("b, brackets ad of the links' twists against the base, link by link", 0),
+    "coriolis": ("C with C v = h, J^T (M J' - b^T M J)", 0),
+    "coriolis_skew": ("C with C v = h for which M' - 2 C is skew", 0),
+}
+#: Matrices of the closed form, each a term with its time derivatives.
+CLOSED_MATRICES = tuple(_CLOSED)
+_SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
+
+
+def _rate(name: str, source: str, orders: tuple[int, int], accelerations: int, inputs: Inputs, description: str) -> Term:
+    """Return the row of derivatives of ``source``; ``accelerations``: orders of a that they need, -1 for none."""
+    first, order = orders
+    blocks = [*inputs, *("a", "j", "s")[: accelerations + 1], *(("a_higher",) if accelerations > 2 else ())]
+    if "u" in inputs:
+        blocks += ("u_dot", "u_ddot")[: min(order, 2)]
+        blocks += ["u_higher"] if order > 2 else []
+    blocks += ["base_rates"] if "base" in inputs else []
+    return Term(name, tuple(blocks), description, on_request=True, source=source, first=first, order=order)
+
+
+def _rates() -> Iterator[Term]:
+    """Yield all terms that are time derivatives along a motion, and the matrices of the closed form.
+
+    A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only. ``rates``, of inverse
+    dynamics to any order, and ``forward_rates`` start with the quantity itself.
+    """
+    for order in range(1, HIGHEST_RATE + 1):
+        what = {1: "time derivative", 2: "first and second time derivative"}.get(order, f"time derivatives up to order {order}")
+        text = f"tau and its {what}, tau = M a + h + b - Q along the motion"
+        term = _rate("rates" if order == 2 else f"rates_{order}", "inverse_dynamics", (0, order), order, _STATE, text)
+        yield term
+        if order == 2:
+            closed_tau = replace(term, name="rates_closed", source="closed_inverse_dynamics", exists=("rigid",))
+    blocks: list[tuple[str, str, int, Inputs, tuple[str, ...]]] = [
+        ("mass", "M", 2, ("p", "q", "v"), ()),
+        ("coupling", "h", 1, ("p", "q", "v"), ()),
+        ("force", "Q", 1, _STATE, ()),
+        ("base_motion", "b", 1, ("p", "q", "v", "base"), ("moving_base",)),
+    ]
+    for source, symbol, less, inputs, exists in blocks:
+        for order, suffix in ((1, "_1"), (2, "")):
+            text = f"first {'' if order == 1 else 'and second '}time derivative of {symbol} along the motion"
+            term = _rate(f"{source}_rates{suffix}", source, (1, order), order - less, inputs, text)
+            yield replace(term, exists=exists)
+            if source == "mass":
+                closed_mass = replace(term, name="mass_rates_closed", source="closed_mass", exists=("rigid",))
+    for closed in (closed_tau, closed_mass):
+        yield replace(closed, description=f"{closed.description}, {_SECOND_WAY}")
+    for name, (what, less) in _CLOSED.items():
+        for first, order, suffix in ((0, 0, ""), (1, 1, "_rates_1"), (1, 2, "_rates")):
+            needed = order - less  # derivatives of v
+            inputs = ("p", "q", "v") if needed >= 0 else ("p", "q")
+            text = ("", "first time derivative of ", "first and second time derivative of ")[order] + what
+            yield replace(_rate(f"{name}{suffix}", name, (first, order), needed - 1, inputs, text), exists=("rigid",))
+    for order, suffix in ((1, "_1"), (2, "")):
+        text = f"vdot and its {'' if order == 1 else 'first and second '}time derivative along the free motion"
+        term = _rate(f"forward_rates{suffix}", "forward_dynamics", (0, order), -1, _STATE, text)
+        yield replace(term, exists=("unconstrained",))
+
+
+#: All terms by name, in the order in which they are recorded.
+TERMS: Mapping[str, Term] = {term.name: term for term in (*_PLAIN, *_rates())}
+
+#: Terms of constraints that bring a state onto the constraints.
+KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
+_INTERNAL = ("internal_rate", "internal_partials")
+_LINEAR = ("mass", "residual", "partials", "linearization", "output_partials", "poses", "forward_dynamics", *KINEMATIC)
+#: Terms that are needed for a purpose, as far as they exist.
+PURPOSES: Mapping[str, tuple[str, ...]] = {
+    "initial_assembly": ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size"),
+    "equilibrium": ("mass", "residual", "partials", "poses", *KINEMATIC, *_INTERNAL),
+    "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),
+}
 
 #: What the field and its programs call a term, in lower case, and its name here.
 _ELSEWHERE: Mapping[str, str] = {

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from eomgen.codegen.targets.c.naming import check_prefix, comment, mangle, output_name
 from eomgen.errors import ModelError
-from eomgen.mechanics.derive import TERMS
 from eomgen.resources import template_folder
+from eomgen.system.terms import TERMS
 
 names = st.text(alphabet=st.sampled_from('aZ5fe_ .é*/\\"\n0_Z'), max_size=8)
 

@@ -13,8 +13,8 @@ import eomgen
 from eomgen import NumericalError
 from eomgen.analysis.steady_motion import SteadyMotion, _conditions
 from eomgen.analysis.symmetries import symmetries
-from eomgen.analysis.terms import terms_needed
 from eomgen.compiled.coordinates import rotated
+from eomgen.system.terms import PURPOSES
 from tests.oracles.similarity import BINARY, UnitsOf, in_units
 
 MASS, RADIUS, ACROSS, ALONG, G = 2.0, 0.3, 0.05, 0.09, 9.81
@@ -163,7 +163,7 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
 def test_symmetries_of_discs() -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch besides."""
     for name in ("axes", "free", "SE3", "R3xSO3", "frame"):
-        model = built(name).having(terms_needed(built(name)))
+        model = built(name).having(PURPOSES["linearization"])
         p = model.parameter_array(None)
         conditions = _conditions(model, p, 0.0, None, model.initial_q, np.ones(model.nv))
         assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4

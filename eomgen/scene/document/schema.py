@@ -99,7 +99,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     description: Description = key("one line for tables and plots", "")
     gravity: Triple = key("in world axes", (0.0, 0.0, -9.81), unit="m/s^2", names=PARAMETERS)
     coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](#absolute-coordinates)", "joint")
-    terms: Annotated[tuple[Literal[TERMS], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
+    terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
     )
     include: dict[str, Include] = {}

@@ -10,8 +10,6 @@ import numpy as np
 
 from eomgen.analysis.definiteness import indefinite_mass
 from eomgen.errors import Problem, UsageError
-from eomgen.mechanics.derive import ON_REQUEST, QUADRATIC, TERMS
-from eomgen.mechanics.terms.rates import OF_RIGID_TREES, RATE_TERMS
 from eomgen.pipeline import pipeline
 from eomgen.studies.verification.claims.beams import beam_forms
 from eomgen.studies.verification.claims.bodies import body_forms
@@ -25,6 +23,7 @@ from eomgen.studies.verification.kinks import Rough
 from eomgen.studies.verification.report import CheckReport, FormReport
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
+from eomgen.system.terms import TERMS
 from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ CLOSED = 8
 #: Functions that together hold all formulas of a scene.
 _OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs")
 #: Rates of other orders are made as those of the second are.
-_CHECKED = [name for name in TERMS if name not in RATE_TERMS or not name[-1].isdigit()]
+_CHECKED = [term for name, term in TERMS.items() if not (term.source and name[-1].isdigit())]
 
 
 def check(
@@ -111,13 +110,17 @@ def _explained(report: FormReport, model: Model, found: States) -> FormReport:
 def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
     """Return the terms to build: of those that only a name brings in, the ones that are asked about."""
     size = pipeline.derive(scene, ["residual"]).nv
-    left_out = set(ON_REQUEST | QUADRATIC if size > LARGE else OF_RIGID_TREES if size > CLOSED else ())
+    if size > LARGE:
+        left_out = {term.name for term in _CHECKED if term.on_request or term.quadratic}
+    else:
+        left_out = {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
         if size <= LARGE:  # of what is costly only what is named itself, not what begins with a name
             left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
-        left_out |= {term for term in ON_REQUEST if not any(term.startswith(name) for name in asked)}
-    return [name for name in _CHECKED if name not in left_out]
+        requested = (term.name for term in _CHECKED if term.on_request)
+        left_out |= {name for name in requested if not any(name.startswith(begin) for begin in asked)}
+    return [term.name for term in _CHECKED if term.name not in left_out]
 
 
 def _forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
@@ -137,6 +140,6 @@ def _chosen(forms: Sequence[Form], only: Sequence[str]) -> list[Form]:
     """Return the forms asked for. Raises UsageError when there is none of a name."""
     for name in only:
         if not any(form.name.startswith(name) for form in forms):
-            known = [*(form.name for form in forms), *_CHECKED]
+            known = [*(form.name for form in forms), *(term.name for term in _CHECKED)]
             raise UsageError(Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known)))
     return [form for form in forms if not only or any(form.name.startswith(name) for name in only)]

@@ -1,0 +1,76 @@
+"""The register of terms: every row is recorded where it says that it exists, nowhere else, and of the inputs that it names."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.scene import Scene
+from eomgen.system.system import INPUT_BLOCKS
+from eomgen.system.terms import PURPOSES, TERMS, Term, meant_term
+
+#: The fact that holds in a scene where another does not.
+_OPPOSITE = {"unconstrained": "constraints", "rigid": "elastic"}
+
+
+@cache
+def scene_with(fact: str) -> Scene:
+    """Return a body on a hinge with an input, and what makes one fact of it hold."""
+    builder = SceneBuilder(f"hinge_{fact}", coordinates="absolute" if fact == "absolute" else "joint").input("torque", "sin(t)")
+    builder.body("link", 2.0, center_of_mass=[0.0, 0.0, 0.5], inertia=[0.2, 0.3, 0.1])
+    builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
+    builder.effort("motor", "hinge", "torque")
+    match fact:
+        case "constraints":
+            builder.constraint("pin", "distance", {"body": "base", "position": [0.2, 0, 0]}, {"body": "link", "position": [0, 0, 0.5]}, length=0.6)
+        case "states":
+            builder.state("lag", "q.hinge - lag")
+        case "outputs":
+            builder.output("angle", formula="q.hinge")
+        case "moving_base":
+            builder.base([0.0, 0.0, "0.1 * sin(t)"])
+        case "elastic":
+            builder.beam("rod", 1.0, mass_per_length=1.0, bending_y={"modes": 1, "stiffness": 100.0})
+            builder.joint("clamp", "fixed", "link", "rod")
+    return builder.build()
+
+
+def facts_of(term: Term) -> tuple[str, str]:
+    """Return a fact with which a term exists, and one with which it does not."""
+    first = next((fact for fact in term.exists if fact != "large"), "")
+    return first, _OPPOSITE.get(first, "plain")
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_a_term_is_recorded_where_its_row_says(name: str) -> None:
+    term = TERMS[name]
+    present, absent = facts_of(term)
+    system = derive(scene_with(present), [name])
+    function = system.functions[name]
+    assert function.description == term.description
+    assert function.outputs and all(block.refs for block in function.outputs)
+    assert set(function.inputs) <= set(term.inputs) <= set(INPUT_BLOCKS)
+    assert {symbol.block for symbol in system.tape.depends_on(function.refs)} <= set(term.inputs)
+    if term.exists:
+        assert name not in derive(scene_with(absent), [name]).functions
+    if term.source:
+        assert len(function.outputs) == term.order - term.first + 1
+
+
+@pytest.mark.parametrize("fact", ["plain", "constraints", "states", "outputs", "moving_base", "absolute", "elastic"])
+def test_without_a_list_all_is_recorded_but_what_is_on_request(fact: str) -> None:
+    recorded = set(derive(scene_with(fact)).functions) & set(TERMS)
+    assert recorded >= {"mass", "coupling", "force", "residual", "partials", "energy"}
+    assert not {name for name in recorded if TERMS[name].on_request}
+    facts = {fact, "elastic" if fact == "elastic" else "rigid", "unconstrained" if fact != "constraints" else "constraints"}
+    if fact == "absolute":
+        facts = facts - {"unconstrained"} | {"constraints"}
+    assert recorded == {name for name, term in TERMS.items() if term.exists_with(facts) and not term.on_request}
+
+
+def test_a_term_may_be_what_others_call_it_and_every_purpose_names_terms() -> None:
+    assert all(meant_term(name) in TERMS for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b"))
+    assert all(set(terms) <= set(TERMS) and len(set(terms)) == len(terms) for terms in PURPOSES.values())
