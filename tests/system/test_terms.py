@@ -25,7 +25,8 @@ def scene_with(fact: str) -> Scene:
     builder.effort("motor", "hinge", "torque")
     match fact:
         case "constraints":
-            builder.constraint("pin", "distance", {"body": "base", "position": [0.2, 0, 0]}, {"body": "link", "position": [0, 0, 0.5]}, length=0.6)
+            tip = {"body": "link", "position": [0.0, 0.4, 0.5]}
+            builder.constraint("pin", "distance", {"body": "base", "position": [0.2, 0.0, 0.0]}, tip, length=0.6)
         case "states":
             builder.state("lag", "q.hinge - lag")
         case "outputs":
@@ -51,7 +52,7 @@ def test_a_term_is_recorded_where_its_row_says(name: str) -> None:
     system = derive(scene_with(present), [name])
     function = system.functions[name]
     assert function.description == term.description
-    assert function.outputs and all(block.refs for block in function.outputs)
+    assert function.refs
     assert set(function.inputs) <= set(term.inputs) <= set(INPUT_BLOCKS)
     assert {symbol.block for symbol in system.tape.depends_on(function.refs)} <= set(term.inputs)
     if term.exists:
