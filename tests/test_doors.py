@@ -46,7 +46,7 @@ DOORS: dict[str, set[str]] = {
     # a compiled model, and what it can do
     "compiled": {"arrays", "calls", "errors", "formula", "lie", "scene", "solvers", "system.terms", "text", "toolchain", "units"},
     "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "scene"},
-    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "scene", "solvers"},
+    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "scene", "solvers", "system.terms"},
     "simulation": {
         "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "formula", "integrators", "lie",
         "linear", "mechanics.describe", "results", "scene", "toolchain", "version",
@@ -58,7 +58,7 @@ DOORS: dict[str, set[str]] = {
         "solvers", "symbolic", "system", "text", "toolchain", "version",
     },
     "studies": {
-        "analysis", "compiled", "errors", "files", "formula", "lie", "mechanics", "model", "pipeline", "scene", "symbolic",
+        "analysis", "compiled", "errors", "files", "formula", "lie", "model", "pipeline", "scene", "symbolic",
         "system", "text",
     },
     "cli": {

@@ -1,5 +1,5 @@
-"""Terms that are recorded on request: forward dynamics, implicit steps, linear models, rates."""
+"""What records the terms: forward dynamics, implicit steps, linear models, rates."""
 
-__all__ = ["rates"]
-#: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["recorders"]
+__all__: list[str] = []
+#: Open to the other parts of ``mechanics``.
+WITHIN = ["rates", "recorders"]
