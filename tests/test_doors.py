@@ -110,7 +110,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
     ),
     "integrators": (
-        "families newton step_splitting",
+        "newton step_splitting",
+        "families",
         "methods stepper_layout",
         "stepper_data",
     ),
@@ -127,6 +128,7 @@ ORDER: dict[str, tuple[str, ...]] = {
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
     "eomgen": {"calls": "for a mistake only"},
+    "integrators.families.generalized_alpha": {"integrators.newton": "pivots are chosen when code is made"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
     "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
     "pipeline.pipeline": {

@@ -12,9 +12,7 @@ from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.functions import series_functions
 from eomgen.codegen.targets.c.naming import check_identifier, check_prefix, mangle, output_name
 from eomgen.errors import ModelError
-from eomgen.integrators.families.taylor import MAX_ORDER, TAYLOR
 from eomgen.integrators.step_splitting import jump_data
-from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
 from eomgen.version import __version__
@@ -59,11 +57,11 @@ def to_program(
     made = _functions(system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
-    if data.get("family") in SERIES_FAMILIES:
+    if data.get("inputs") == "series":
         series, sizes, corners = series_functions(system, curve_numbers)
         data |= sizes
-        if data["family"] == TAYLOR and corners:
-            data["jumps"] = jump_data((*system.discontinuities, *corners), MAX_ORDER)
+        if data["max_order"] > data["order"] and corners:
+            data["jumps"] = jump_data((*system.discontinuities, *corners), data["max_order"])
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
         prefix=check_prefix(system.name),

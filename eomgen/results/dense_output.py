@@ -85,8 +85,8 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
-        explicit = str(metadata.get("method", "")).startswith(("rk4", "taylor", "hermite"))
-        pieces = [_between(rows, factors, flat[part], index[part], explicit) for part in parts]
+        by_velocity = metadata.get("dense_output", "hermite_3") == "hermite_3"
+        pieces = [_between(rows, factors, flat[part], index[part], by_velocity) for part in parts]
     else:
         pieces = [between(rows, flat[part], index[part]) for part in parts]
     q, v, a, z = (np.concatenate(part).reshape(*times.shape, part[0].shape[1]) for part in zip(*pieces, strict=True))
@@ -94,17 +94,17 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
 
 
 def _between(
-    rows: Rows, factors: Sequence[StoredFactor], t: Array, index: Index, explicit: bool
+    rows: Rows, factors: Sequence[StoredFactor], t: Array, index: Index, by_velocity: bool
 ) -> tuple[Array, Array, Array, Array]:
     after = index + 1
     duration = rows.t[after] - rows.t[index]
     s = np.clip((t - rows.t[index]) / duration, 0.0, 1.0)
     ends = [(rows.q[k], rows.v[k], rows.a[k]) for k in (index, after)]
     q, v, a = group_curve(factors, ends[0], ends[1], duration, s)
-    if explicit:
-        a = _through_neighbours(rows.t, rows.a, t, index)
-    else:
+    if by_velocity:
         v, a = cubic(ends[0][1:], ends[1][1:], duration, s)
+    else:
+        a = _through_neighbours(rows.t, rows.a, t, index)
     poses = sum(factor.q_size for factor in factors)
     q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)  # references of angles, near enough to tell turns
     return q, v, a, _through_neighbours(rows.t, rows.z, t, index)

@@ -14,7 +14,6 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.piecewise import EDGE, Curve
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
 from eomgen.scene.scene import Scene, formulas_of_forces
@@ -167,7 +166,7 @@ def failure(
         totals = energy.get("total", np.zeros(0))
         energies = f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J" if len(totals) > 1 else ""
         step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
-        hint = f"{step}, or {_more_stable(method)}"
+        hint = f"{step}, or {method.more_stable}"
         return f"the method is unstable at this step: {growth}{energies}; try: {hint}"
     if balance.infinite is not None:
         what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
@@ -175,12 +174,6 @@ def failure(
     if violation is not None and violation.share > FAILED:
         return f"{violation.what}, more than {FAILED:g} of the size of the machine, or rad; try: a smaller step"
     return ""
-
-
-def _more_stable(method: Method) -> str:
-    if not isinstance(method, GeneralizedAlpha) or (method.case is not None and not method.case.unconditionally_stable):
-        return "generalized_alpha, which is stable at larger ones"
-    return "a smaller rho_inf" if method.parameters.get("rho_inf", 0) > 0 else "another method"
 
 
 def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, step: float) -> str:
@@ -192,22 +185,10 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
     return f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
 
 
-def advice(status_text: str, settings: Mapping[str, float]) -> str:
+def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     """Return what to try after a status of the stepper."""
-    smaller = f"a step smaller than {settings['step']:.3g} s"
-    if "stiff" in status_text:
-        return "generalized_alpha, a larger tolerance, or shorter rows"
-    if settings.get("tolerance", 0.0) > 0.0:  # its steps are its own
-        return "the forces and formulas near that time, or another method"
-    if "singular" in status_text:
-        return "the inertia of the bodies and, near special configurations, other initial angles"
-    if "finite" in status_text or "not a number" in status_text:
-        return f"{smaller}; then the forces and formulas near that time"
-    if any(words in status_text for words in ("highest frequency", "turns by more than", "disagrees")):
-        return smaller
-    if "converge" in status_text:
-        return f"{smaller}, or a smaller rho_inf" if settings.get("rho_inf", 0.0) > 0.0 else smaller
-    return "the settings and inputs of the run"
+    known = {item.number: item.advice for item in method.statuses(constrained=True, angles=True)}
+    return known[status].format(**settings)
 
 
 def left_curves(scene: Scene, values: Mapping[tuple[str, str, int], float]) -> str:

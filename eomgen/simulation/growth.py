@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.families.taylor import Taylor
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import WINDOW, Stepper, Trajectory
 from eomgen.toolchain.library import Library
@@ -77,7 +76,7 @@ def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growt
     Steps that are chosen by their errors are not looked at.
     """
     end = trajectory.end
-    if (isinstance(run.method, Taylor) and run.settings["tolerance"] > 0.0) or end is None or len(end) < 2:
+    if run.method.chooses_steps or end is None or len(end) < 2:
         return None
     half = (len(end) - 1) // 2
     before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle

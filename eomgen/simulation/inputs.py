@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.toolchain.library import Library
 
 Function = Callable[[float], float]
@@ -72,7 +71,8 @@ def jumps_known(library: Library) -> bool:
     Because it knows where they jump, or expands them in series.
     """
     said = any(function["name"] == "inputs" for function in library.layout["functions"])
-    return said and ("jumps" in library.layout["method"] or library.layout["method"].get("family") in SERIES_FAMILIES)
+    method = library.layout["method"]
+    return said and ("jumps" in method or method.get("inputs") != "sampled")
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:

@@ -73,7 +73,8 @@ def resume(
     said = saved.run
     if said["scene"] != model.name:
         saved.check(file, model.name, model.library)
-    library = stepper_library(model, said["method"])
+    method = method_named(said["method"], **said["method_parameters"])
+    library = stepper_library(model, said["method"], method)
     saved.check(file, model.name, library)
     settings = _in_order(said["settings"], library.layout["method"])
     p = model.parameter_array({name: said["parameters"][name] for name in model.parameters})
@@ -93,7 +94,6 @@ def resume(
     signals = InputSignals(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )
-    method = method_named(said["method"], **said["method_parameters"])
     run = Run(
         model, said["method"], method, settings, p, signals, grid, every,
         said.get("corrections", []), said.get("start", SCENE_START),

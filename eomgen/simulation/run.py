@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +13,6 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.taylor import Taylor
 from eomgen.integrators.methods import Method
 from eomgen.simulation.checkpoint import Checkpoint, Keeper
 from eomgen.simulation.inputs import InputSignals
@@ -74,7 +71,7 @@ class Run:
         said = {
             "scene": self.model.name,
             "method": self.name,
-            "method_parameters": _parameters_of(self.method),
+            "method_parameters": dict(self.method.keywords),
             "settings": dict(self.settings),
             "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
             "record_every": self.every,
@@ -145,16 +142,3 @@ def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, e
         raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
     steps = None if every is None else count_of("checkpoint_every", every)
     return Keeper(Path(path), steps, lambda stepper: run.described(library, stepper))
-
-
-def _parameters_of(method: Method) -> dict[str, float]:
-    """Return the keywords that make a method again, by ``methods.method_named``."""
-    if isinstance(method, Taylor):
-        return {"order": float(method.order), "tolerance": method.tolerance}
-    if not isinstance(method, GeneralizedAlpha):
-        return {}
-    if method.case is None:
-        return {"rho_inf": method.rho_inf}
-    if method.case.name in ("hht", "wbz"):
-        return {"alpha": float(method.case.gamma - Fraction(1, 2))}
-    return {} if method.case.name == "trapezoidal" else {"beta": float(method.case.beta), "gamma": float(method.case.gamma)}

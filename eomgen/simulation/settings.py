@@ -14,8 +14,6 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.prescribed_motion import smooth
-from eomgen.integrators.families.generalized_alpha import INDEX_3, GeneralizedAlpha
-from eomgen.integrators.families.taylor import Taylor
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.mechanics.describe import laws_of
@@ -23,9 +21,6 @@ from eomgen.simulation.angle_range import check_angles
 from eomgen.simulation.inputs import CheckedSignal, check_reach
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
 from eomgen.toolchain.library import Library
-
-#: Settings that are whole numbers, the least and the largest: what steppers bear, and what a C long holds anywhere.
-_WHOLE = {"max_iterations": (1, 2**31 - 1), "max_halvings": (0, 30), "reuse": (0, 1), "perturb": (0, 1)}
 
 
 def positive(name: str, value: object) -> float:
@@ -51,17 +46,17 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
     if given["rho_inf"] is not None and not 0.0 <= given["rho_inf"] <= 1.0:
         raise UsageError(Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {given['rho_inf']:.9g}", "0.8"))
     method = method_named(name, **method_parameters(name, given, scene))
-    if constrained and isinstance(method, GeneralizedAlpha) and method.case and not method.case.unconditionally_stable:
-        need = method.needs[-1]
-        raise UsageError(Problem("beta", f"{name} cannot run on constraints: {need.reason}", need.alternative))
+    for need in method.needs:
+        if need.parameter and need.fact == "constraints" and constrained is not need.value:
+            raise UsageError(Problem(need.parameter, f"{name} cannot run on constraints: {need.reason}", need.alternative))
     return method
 
 
 def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]) -> dict[str, float]:
     """Return the settings of a stepper in their order: the method's parameters, and the caller's own. Raises UsageError."""
     values = default_settings(data)
-    parameters = method.parameters if isinstance(method, GeneralizedAlpha | Taylor) else {}
-    own = {name: float(value) for name, value in parameters.items()}
+    own = {name: float(value) for name, value in method.parameters.items()}
+    whole = {item["name"]: item["whole"] for item in data["settings"]}
     known = [name for name in values if name != "step" and name not in own]
     for name, value in extra.items():
         if name not in known:
@@ -70,8 +65,8 @@ def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra
         number = number_of(f"settings.{name}", value, "number")
         if number < 0.0:
             raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
-        if name in _WHOLE:
-            least, largest = _WHOLE[name]
+        if whole[name]:
+            least, largest = whole[name]
             if not (number.is_integer() and least <= number <= largest):
                 what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
                 raise UsageError(Problem(f"settings.{name}", f"{what}, not {number:.9g}", f"{values[name]:.0f}"))
@@ -80,14 +75,7 @@ def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra
     return values | own
 
 
-def warnings_of(method: Method, constrained: bool) -> tuple[str, ...]:
-    """Return what the user of a method should know, one sentence each."""
-    if not isinstance(method, GeneralizedAlpha) or (method.form == INDEX_3 and not constrained):
-        return ()
-    return method.warnings
-
-
-def stepper_library(model: CompiledModel, name: str) -> Library:
+def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
@@ -102,8 +90,7 @@ def stepper_library(model: CompiledModel, name: str) -> Library:
         raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
-        other = "another method" if name.startswith("generalized_alpha") else "generalized_alpha"
-        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", other)
+        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", method.instead)
     return library
 
 

@@ -21,7 +21,6 @@ from eomgen.compiled.state import State
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import canonical_name
-from eomgen.integrators.stepper_layout import SERIES_FAMILIES
 from eomgen.results.scenery import seen
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Keeper
@@ -39,12 +38,11 @@ from eomgen.simulation.settings import (
     positive,
     stepper_library,
     stepper_settings,
-    warnings_of,
 )
 from eomgen.simulation.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
 from eomgen.simulation.stepper import Progress, Stepper, Trajectory, run_chunks
 from eomgen.simulation.taylor_output import between_of
-from eomgen.simulation.time_grid import TimeGrid, time_grid
+from eomgen.simulation.time_grid import time_grid
 from eomgen.simulation.warnings import starts_beyond_limits, unresolved_damping, unresolved_states
 
 if TYPE_CHECKING:
@@ -151,7 +149,7 @@ def simulate(
     name = canonical_name(model.library.layout["built_method"] if method is None else method)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
-    library = stepper_library(model, name)
+    library = stepper_library(model, name, stepped_by)
     extra = {} if settings is None else settings
     if not isinstance(extra, Mapping):
         raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
@@ -161,7 +159,7 @@ def simulate(
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
     from_caller = read_signals(inputs, model.inputs, grid.steps)
     check_span(model, library, p, from_caller, grid)
-    if stepped_by.family in SERIES_FAMILIES:
+    if stepped_by.inputs == "series":
         check_held(name, from_caller)
     signals = InputSignals(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
@@ -188,8 +186,10 @@ def simulate(
         trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
     u = None if table is None else signals.rows(np.array([t_first]))[0]
-    faults = [unresolved_damping(model, state, t_first, u, p, step)] if name == "rk4" else []
-    faults += [unresolved_states(model, state, t_first, u, p, step)] if name in ("rk4", "rk4_partitioned") else []
+    faults = []
+    if limit := stepped_by.real_stability:
+        faults = [] if model.multipliers else [unresolved_damping(model, state, t_first, u, p, step, limit)]
+        faults.append(unresolved_states(model, state, t_first, u, p, step, limit))
     outside = [] if settled else starts_beyond_limits(model, state.q, p)
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
@@ -234,9 +234,9 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
             message = f"{message}; {passed}"
     if balance.error is not None:
         statistics = {**statistics, "energy_error": balance.error}
-    of_method, of_scene = warnings_of(run.method, bool(model.multipliers)), tuple(model.library.layout["warnings"])
+    of_method, of_scene = run.method.warnings(bool(model.multipliers)), tuple(model.library.layout["warnings"])
     message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
-    described = _metadata(model, run.name, run.settings, p, run.every, run.grid)
+    described = _metadata(run)
     return Solution(
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
         outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
@@ -255,10 +255,10 @@ def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
     """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
     if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
         return beyond
-    if (tolerance := run.settings.get("tolerance", 0.0)) > 0.0:  # its steps are its own
-        return f"try: a tolerance smaller than {tolerance:.3g}"
+    if run.method.chooses_steps:
+        return f"try: a tolerance smaller than {run.settings['tolerance']:.3g}"
     singular = nearest_singular(run.model, t, q, run.parameters)
-    return f"{singular.what}; try: {way_through(run.name, run.settings['step'])}" if singular else ""
+    return f"{singular.what}; try: {way_through(run.method, run.settings['step'])}" if singular else ""
 
 
 def _listed(settings: Mapping[str, float]) -> str:
@@ -280,12 +280,12 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     inertia = None if block else indefinite_mass(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
-    hint = inertia.hint if inertia else advice(text, settings)
+    hint = inertia.hint if inertia else advice(run.method, trajectory.status, settings)
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
     singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
     if singular:
         details = f"; {singular.what}"
-        hint = way_past(run.name, settings["step"], at_start=len(times) == 1)
+        hint = way_past(run.method, settings["step"], at_start=len(times) == 1)
     if cause[0]:
         details, hint = details + cause[0], cause[1]
     elif already:
@@ -338,20 +338,19 @@ def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} if parts else {}
 
 
-def _metadata(
-    model: CompiledModel, method: str, settings: Mapping[str, float], p: Array, every: int, grid: TimeGrid
-) -> dict[str, Any]:
-    layout = model.library.layout
+def _metadata(run: Run) -> dict[str, Any]:
+    model, settings, layout = run.model, run.settings, run.model.library.layout
     return {
         "scene": model.name,
         "version": layout["version"],
-        "method": method,
+        "method": run.name,
+        "dense_output": run.method.dense_output,
         "step": settings["step"],
         "settings": dict(settings),
-        "record_every": every,
-        "t_start": grid.start,
-        "t_end": grid.end,
-        "parameters": dict(zip(model.parameters, p.tolist(), strict=True)),
+        "record_every": run.every,
+        "t_start": run.grid.start,
+        "t_end": run.grid.end,
+        "parameters": dict(zip(model.parameters, run.parameters.tolist(), strict=True)),
         "names": {
             "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],
             "multipliers": list(model.multipliers), "z": model.z_names,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.integrators.methods import Method
 from eomgen.lie import product
 
 if TYPE_CHECKING:
@@ -75,20 +76,20 @@ def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array,
     return _nearest(model, times, positions, p, len(chosen))
 
 
-def way_past(method: str, step: float, *, at_start: bool) -> str:
+def way_past(method: Method, step: float, *, at_start: bool) -> str:
     """Return what to try where a method stops at a singular position, or cannot start at it."""
     if at_start:
         return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
-    if method == "rk4_partitioned":
+    if method.passes_singularities:
         other = "else lengths or a start with which the motion does not come so near it, or crosses it faster"
         return f"a much smaller step where lengths fit all but exactly, {other}"
     nearer = f"steps smaller than {step:.3g} s may come nearer to it"
     return f"rk4_partitioned, which passes such positions along the velocity; {nearer}"
 
 
-def way_through(method: str, step: float) -> str:
+def way_through(method: Method, step: float) -> str:
     """Return what to try where a run has passed near a singular position, but not well."""
-    other = "" if method == "rk4_partitioned" else ", or rk4_partitioned, which passes such positions along the velocity"
+    other = "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
     return f"a step smaller than {step:.3g} s{other}"
 
 

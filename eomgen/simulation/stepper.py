@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_names
+from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
 
@@ -45,7 +45,7 @@ class Stepper:
     library : Library
         Built with a method.
     settings : mapping from name to number
-        In the order of ``integrators.specification.default_settings``.
+        In the order of ``integrators.stepper_layout.default_settings``.
     parameters : (np,) array
     """
 
@@ -58,10 +58,7 @@ class Stepper:
         method: Mapping[str, Any] = library.layout["method"]
         self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
         self.nz = int(library.layout["sizes"]["z"])
-        nu, np_ = int(library.layout["sizes"]["u"]), int(library.layout["sizes"]["p"])
-        self.places = state_layout(method, self.nq, self.nv, self.nz, nu, np_)
-        self.row_places = row_layout(method, self.nq, self.nv, self.nz)
-        self.counted = statistics_names(method)
+        self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
         self.settings = np.array(list(settings.values()), dtype=float)
         self.step_size = float(settings["step"])
         self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
@@ -89,8 +86,8 @@ class Stepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         """What the stepper counted since it was initialized."""
-        values = {name: float(self.state[self.places[name]][0]) for name in self.counted}
-        return {name: value if name.startswith("max_") or name == "pivot_ratio" else int(value) for name, value in values.items()}
+        values = ((name, kind, float(self.state[self.places[name]][0])) for name, kind in self.counted.items())
+        return {name: int(value) if kind == "long" else value for name, kind, value in values}
 
     @property
     def count(self) -> int:

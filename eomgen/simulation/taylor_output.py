@@ -13,7 +13,6 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.integrators.families.taylor import Taylor
 from eomgen.results.dense_output import Index, Rows
 from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.run import Run
@@ -22,7 +21,7 @@ from eomgen.toolchain.library import Library
 
 
 @dataclass(frozen=True)
-class TaylorBetween:
+class StepsBetween:
     """Steps from rows, with the settings, parameters and inputs of a run."""
 
     library: Library
@@ -58,8 +57,8 @@ class TaylorBetween:
         return q, v, a, z
 
 
-def between_of(run: Run, stepper: Stepper) -> TaylorBetween | None:
+def between_of(run: Run, stepper: Stepper) -> StepsBetween | None:
     """Return the way to states between the rows of a run; None where they are to be interpolated."""
-    if not isinstance(run.method, Taylor):
+    if run.method.dense_output != "steps":
         return None
-    return TaylorBetween(stepper.library, run.settings, run.parameters, run.signals if run.driven else None)
+    return StepsBetween(stepper.library, run.settings, run.parameters, run.signals if run.driven else None)

@@ -16,21 +16,26 @@ if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
     from eomgen.compiled.model import CompiledModel
 
-_REAL_AXIS = 2.785
 
-
-def unresolved_states(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
+def unresolved_states(
+    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float, limit: float
+) -> str:
     """Return the same of internal states, whose rates of decay are eigenvalues of -Fz."""
     if "internal_partials" not in model.functions:
         return ""
     by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z
     if not np.all(np.isfinite(by_state)):
         return ""
-    return _too_fast("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), step)
+    return _too_fast("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), step, limit)
 
 
-def unresolved_damping(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float) -> str:
-    """Return what is wrong with a step of Runge and Kutta's method, and what to try; empty when nothing is known to be."""
+def unresolved_damping(
+    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float, limit: float
+) -> str:
+    """Return what is wrong with a step of an explicit method, and what to try; empty when nothing is known to be.
+
+    ``limit``: the largest step times rate of decay at which the method is stable.
+    """
     if "partials" not in model.functions:
         return ""
     fastest = 0.0
@@ -38,15 +43,15 @@ def unresolved_damping(model: CompiledModel, state: InitialState, t: float, u: A
         _, C, M = model.partials(state.q, rate, np.zeros_like(rate), t, u, z=state.z, parameters=p)
         if np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M):
             fastest = max(fastest, float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max(initial=0.0)))
-    return _too_fast("damping or friction decays", fastest, step)
+    return _too_fast("damping or friction decays", fastest, step, limit)
 
 
-def _too_fast(what: str, fastest: float, step: float) -> str:
-    if step * fastest <= _REAL_AXIS:
+def _too_fast(what: str, fastest: float, step: float, limit: float) -> str:
+    if step * fastest <= limit:
         return ""
     return (
         f"{what} at up to {fastest:.3g} 1/s at the start, too fast for an explicit method at this step; "
-        f"try: generalized_alpha, or a step below {_REAL_AXIS / fastest:.2g} s"
+        f"try: generalized_alpha, or a step below {limit / fastest:.2g} s"
     )
 
 

@@ -116,50 +116,55 @@ void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eo
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_OK = 0,
-    ACTIVE_VEHICLE_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
-    ACTIVE_VEHICLE_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
-    ACTIVE_VEHICLE_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    ACTIVE_VEHICLE_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
+    ACTIVE_VEHICLE_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    ACTIVE_VEHICLE_SINGULAR = 2, /* the mass or iteration matrix is singular */
+    ACTIVE_VEHICLE_NOT_FINITE = 3, /* a value became infinite or not a number */
+    ACTIVE_VEHICLE_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
-    eomgen_real step;           /* s, fixed */
-    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, weighted RMS:
-                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
+    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
-    long max_halvings;   /* of a step that fails with a fresh matrix */
-    long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
+    long max_halvings; /* of a step that fails with a fresh matrix */
+    long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } active_vehicle_settings;
 
-typedef struct active_vehicle_statistics {
-    long steps, newton_iterations, factorizations, halvings, evaluations;
-    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
-} active_vehicle_statistics;
-
-/* What accelerations were evaluated with, beside t, q and v. */
+/* What accelerations were evaluated with, beside t, q, v and z. */
 typedef struct active_vehicle_conditions {
     eomgen_real u[4]; /* inputs; not a number: those of the scene's formulas */
     active_vehicle_parameters parameters;
 } active_vehicle_conditions;
 
+/* What was counted and measured since the state was initialized. */
+typedef struct active_vehicle_statistics {
+    long steps; /* of the time grid */
+    long newton_iterations;
+    long factorizations;
+    long halvings; /* of steps that failed */
+    long evaluations; /* of the equations of motion */
+    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
+} active_vehicle_statistics;
+
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct active_vehicle_state {
-    eomgen_real t;
+    eomgen_real t; /* s */
     eomgen_real q[7];
     eomgen_real v[7];
     eomgen_real vdot[7];
-    eomgen_real a[7];  /* algorithmic acceleration */
-    eomgen_real a_before[14];  /* those of the last two steps, newest first, for predictions */
-    long history;         /* how many steps there are to predict from, at most 3 */
+    eomgen_real a[7]; /* algorithmic acceleration */
+    eomgen_real a_before[14]; /* that of the last two steps, newest first, for predictions */
+    long history; /* how many steps there are to predict from, at most 3 */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
-    eomgen_real rho_inf;     /* a belongs to it and to step */
-    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real rho_inf; /* of the method, with which a was made */
+    eomgen_real step; /* t = origin + count * step */
     eomgen_real origin;
     long count;
     active_vehicle_statistics statistics;
-    active_vehicle_conditions conditions; /* of vdot; last, because steps copy what comes before it */
+    active_vehicle_conditions conditions;
 } active_vehicle_state;
 
 /* Coefficients for a spectral radius at infinite frequency. */
@@ -173,10 +178,6 @@ typedef struct active_vehicle_coefficients {
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct active_vehicle_workspace {
-    eomgen_real u[4];
-    eomgen_real q[7];
-    eomgen_real v[7];
-    eomgen_real vdot[7];
     eomgen_real unknown[7];      /* E, step lam */
     eomgen_real increment[7];     /* the exponent is step * increment */
     eomgen_real right[7], solution[7], per_tolerance[7];
@@ -202,6 +203,10 @@ typedef struct active_vehicle_workspace {
     eomgen_real cycle_iterations; /* iterations of all these steps */
     eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    eomgen_real u[4];
+    eomgen_real q[7];
+    eomgen_real v[7];
+    eomgen_real vdot[7];
 } active_vehicle_workspace;
 
 /* English text of a status. */
@@ -220,8 +225,9 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
 
 /* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
- * Inputs may jump and parameters change between two steps: where the first row of inputs or a parameter is not what the last step ended with, the step
- * starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go on.
+ * Inputs may jump and parameters change between two steps:
+ * where the first row of inputs or a parameter is not what the last step
+ * ended with, the step starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go on.
  * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const eomgen_real *u_table);

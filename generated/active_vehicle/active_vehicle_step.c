@@ -46,6 +46,25 @@ const char *active_vehicle_status_text(active_vehicle_status status)
     return "unknown status";
 }
 
+void active_vehicle_default_settings(active_vehicle_settings *settings)
+{
+    settings->step = K(0.001);
+    settings->rho_inf = K(0.8);
+#ifdef EOMGEN_REAL_FLOAT
+    settings->rtol = K(1e-05);
+#else
+    settings->rtol = K(1e-10);
+#endif
+#ifdef EOMGEN_REAL_FLOAT
+    settings->atol = K(1e-06);
+#else
+    settings->atol = K(1e-12);
+#endif
+    settings->max_iterations = 16;
+    settings->max_halvings = 6;
+    settings->reuse = 1;
+}
+
 void active_vehicle_default_state(active_vehicle_state *state)
 {
     memset(state, 0, sizeof *state);
@@ -562,22 +581,6 @@ static active_vehicle_status active_vehicle_solve_accelerations(const active_veh
     ++statistics->evaluations;
     (void)p; (void)t;
     return active_vehicle_finite(work->vdot, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
-}
-
-void active_vehicle_default_settings(active_vehicle_settings *settings)
-{
-    settings->step = K(0.001);
-    settings->rho_inf = K(0.8);
-#ifdef EOMGEN_REAL_FLOAT
-    settings->rtol = K(1e-5);
-    settings->atol = K(1e-6);
-#else
-    settings->rtol = K(1e-10);
-    settings->atol = K(1e-12);
-#endif
-    settings->max_iterations = 16;
-    settings->max_halvings = 6;
-    settings->reuse = 1;
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */

@@ -102,40 +102,45 @@ void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomge
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_OK = 0,
-    FREE_SPINNING_BODY_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
-    FREE_SPINNING_BODY_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
-    FREE_SPINNING_BODY_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    FREE_SPINNING_BODY_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5 /* more than 0.9 of a full turn within one step: reduce the step */
+    FREE_SPINNING_BODY_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    FREE_SPINNING_BODY_SINGULAR = 2, /* the mass or iteration matrix is singular */
+    FREE_SPINNING_BODY_NOT_FINITE = 3, /* a value became infinite or not a number */
+    FREE_SPINNING_BODY_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
 } free_spinning_body_status;
 
 typedef struct free_spinning_body_settings {
-    eomgen_real step;           /* s, fixed */
-    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, weighted RMS:
-                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
+    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
-    long max_halvings;   /* of a step that fails with a fresh matrix */
-    long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
+    long max_halvings; /* of a step that fails with a fresh matrix */
+    long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } free_spinning_body_settings;
 
+/* What was counted and measured since the state was initialized. */
 typedef struct free_spinning_body_statistics {
-    long steps, newton_iterations, factorizations, halvings, evaluations;
-    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
+    long steps; /* of the time grid */
+    long newton_iterations;
+    long factorizations;
+    long halvings; /* of steps that failed */
+    long evaluations; /* of the equations of motion */
+    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
 } free_spinning_body_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct free_spinning_body_state {
-    eomgen_real t;
+    eomgen_real t; /* s */
     eomgen_real q[7];
     eomgen_real v[6];
     eomgen_real vdot[6];
-    eomgen_real a[6];  /* algorithmic acceleration */
-    eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
-    long history;         /* how many steps there are to predict from, at most 3 */
+    eomgen_real a[6]; /* algorithmic acceleration */
+    eomgen_real a_before[12]; /* that of the last two steps, newest first, for predictions */
+    long history; /* how many steps there are to predict from, at most 3 */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
-    eomgen_real rho_inf;     /* a belongs to it and to step */
-    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real rho_inf; /* of the method, with which a was made */
+    eomgen_real step; /* t = origin + count * step */
     eomgen_real origin;
     long count;
     free_spinning_body_statistics statistics;
@@ -152,10 +157,6 @@ typedef struct free_spinning_body_coefficients {
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct free_spinning_body_workspace {
-    eomgen_real u[1];
-    eomgen_real q[7];
-    eomgen_real v[6];
-    eomgen_real vdot[6];
     eomgen_real unknown[6];      /* E, step lam */
     eomgen_real increment[6];     /* the exponent is step * increment */
     eomgen_real right[6], solution[6], per_tolerance[6];
@@ -181,6 +182,10 @@ typedef struct free_spinning_body_workspace {
     eomgen_real cycle_iterations; /* iterations of all these steps */
     eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    eomgen_real u[1];
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
 } free_spinning_body_workspace;
 
 /* English text of a status. */

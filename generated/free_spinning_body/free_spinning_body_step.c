@@ -116,6 +116,25 @@ const char *free_spinning_body_status_text(free_spinning_body_status status)
     return "unknown status";
 }
 
+void free_spinning_body_default_settings(free_spinning_body_settings *settings)
+{
+    settings->step = K(0.001);
+    settings->rho_inf = K(0.8);
+#ifdef EOMGEN_REAL_FLOAT
+    settings->rtol = K(1e-05);
+#else
+    settings->rtol = K(1e-10);
+#endif
+#ifdef EOMGEN_REAL_FLOAT
+    settings->atol = K(1e-06);
+#else
+    settings->atol = K(1e-12);
+#endif
+    settings->max_iterations = 16;
+    settings->max_halvings = 6;
+    settings->reuse = 1;
+}
+
 void free_spinning_body_default_state(free_spinning_body_state *state)
 {
     memset(state, 0, sizeof *state);
@@ -526,22 +545,6 @@ static free_spinning_body_status free_spinning_body_solve_accelerations(const fr
     ++statistics->evaluations;
     (void)p; (void)t;
     return free_spinning_body_finite(work->vdot, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
-}
-
-void free_spinning_body_default_settings(free_spinning_body_settings *settings)
-{
-    settings->step = K(0.001);
-    settings->rho_inf = K(0.8);
-#ifdef EOMGEN_REAL_FLOAT
-    settings->rtol = K(1e-5);
-    settings->atol = K(1e-6);
-#else
-    settings->rtol = K(1e-10);
-    settings->atol = K(1e-12);
-#endif
-    settings->max_iterations = 16;
-    settings->max_halvings = 6;
-    settings->reuse = 1;
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */

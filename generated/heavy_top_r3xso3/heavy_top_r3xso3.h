@@ -150,49 +150,55 @@ void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum heavy_top_r3xso3_status {
     HEAVY_TOP_R3XSO3_OK = 0,
-    HEAVY_TOP_R3XSO3_NOT_CONVERGED = 1, /* Newton iteration, also with a fresh matrix and the smallest sub-steps */
-    HEAVY_TOP_R3XSO3_SINGULAR = 2,      /* the mass or iteration matrix has no inverse */
-    HEAVY_TOP_R3XSO3_NOT_FINITE = 3,    /* an infinity or not-a-number came up */
-    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4,   /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE = 5, /* more than 0.9 of a full turn within one step: reduce the step */
+    HEAVY_TOP_R3XSO3_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    HEAVY_TOP_R3XSO3_SINGULAR = 2, /* the mass or iteration matrix is singular: constraints that repeat each other, or a part without mass */
+    HEAVY_TOP_R3XSO3_NOT_FINITE = 3, /* a value became infinite or not a number */
+    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE = 5, /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
     HEAVY_TOP_R3XSO3_NOT_CONSISTENT = 6 /* the initial configuration cannot be brought onto the constraints */
 } heavy_top_r3xso3_status;
 
 typedef struct heavy_top_r3xso3_settings {
-    eomgen_real step;           /* s, fixed */
-    eomgen_real rho_inf;        /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol, atol;     /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS:
-                          * relative to each component's own size, and to the size that the whole motion's kinetic energy would give it */
+    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
+    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS, relative to each component */
+    eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
-    long max_halvings;   /* of a step that fails with a fresh matrix */
-    long reuse;          /* 1: keep a factorization as long as it converges well; 0: one per step */
+    long max_halvings; /* of a step that fails with a fresh matrix */
+    long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
 } heavy_top_r3xso3_settings;
 
+/* What was counted and measured since the state was initialized. */
 typedef struct heavy_top_r3xso3_statistics {
-    long steps, newton_iterations, factorizations, halvings, evaluations;
-    eomgen_real max_residual;   /* largest component of the residual at the last iterate that was evaluated in any step */
-    eomgen_real max_constraint, max_constraint_velocity; /* largest |Phi| and |w| of the states recorded, and of the last one */
-    eomgen_real max_eta;        /* largest multiplier of the velocity constraints; it is O(step^2) */
-    eomgen_real max_rounding;   /* largest part of the multipliers of these states that was rounding */
-    eomgen_real pivot_ratio;    /* largest by smallest pivot of the last iteration matrix */
+    long steps; /* of the time grid */
+    long newton_iterations;
+    long factorizations;
+    long halvings; /* of steps that failed */
+    long evaluations; /* of the equations of motion */
+    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
+    eomgen_real max_constraint; /* largest |Phi| of the states recorded, and of the last one */
+    eomgen_real max_constraint_velocity; /* largest |w| of these */
+    eomgen_real max_eta; /* largest multiplier of the velocity constraints; it is O(step^2) */
+    eomgen_real max_rounding; /* largest part of the multipliers of these states that was rounding */
+    eomgen_real pivot_ratio; /* largest by smallest pivot of the last iteration matrix */
 } heavy_top_r3xso3_statistics;
 
 /* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
 typedef struct heavy_top_r3xso3_state {
-    eomgen_real t;
+    eomgen_real t; /* s */
     eomgen_real q[7];
     eomgen_real v[6];
     eomgen_real vdot[6];
-    eomgen_real lam[3];  /* multipliers: constraint forces are -B^T lam */
-    eomgen_real a[6];  /* algorithmic acceleration */
-    eomgen_real eta[3];  /* multipliers of the velocity constraints */
+    eomgen_real lam[3]; /* multipliers: constraint forces are -B^T lam */
+    eomgen_real a[6]; /* algorithmic acceleration */
+    eomgen_real a_before[12]; /* that of the last two steps, newest first, for predictions */
+    eomgen_real eta[3]; /* multipliers of the velocity constraints */
     eomgen_real inverse_inertia[6]; /* 1/M_ii at the start, by which they move positions */
-    eomgen_real a_before[12];  /* those of the last two steps, newest first, for predictions */
-    eomgen_real lam_before[6];
-    long history;         /* how many steps there are to predict from, at most 3 */
+    eomgen_real lam_before[6]; /* multipliers of the last two steps, newest first, for predictions */
+    long history; /* how many steps there are to predict from, at most 3 */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
-    eomgen_real rho_inf;     /* a belongs to it and to step */
-    eomgen_real step;        /* t = origin + count * step */
+    eomgen_real rho_inf; /* of the method, with which a was made */
+    eomgen_real step; /* t = origin + count * step */
     eomgen_real origin;
     long count;
     heavy_top_r3xso3_statistics statistics;
@@ -209,10 +215,6 @@ typedef struct heavy_top_r3xso3_coefficients {
 
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
 typedef struct heavy_top_r3xso3_workspace {
-    eomgen_real u[1];
-    eomgen_real q[7];
-    eomgen_real v[6];
-    eomgen_real vdot[6];
     eomgen_real lam[3];
     eomgen_real rate[3];
     eomgen_real unknown[12];      /* E, step lam, eta */
@@ -246,6 +248,10 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real cycle_iterations; /* iterations of all these steps */
     eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    eomgen_real u[1];
+    eomgen_real q[7];
+    eomgen_real v[6];
+    eomgen_real vdot[6];
 } heavy_top_r3xso3_workspace;
 
 /* English text of a status. */

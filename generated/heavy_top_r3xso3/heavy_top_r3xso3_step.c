@@ -126,6 +126,25 @@ const char *heavy_top_r3xso3_status_text(heavy_top_r3xso3_status status)
     return "unknown status";
 }
 
+void heavy_top_r3xso3_default_settings(heavy_top_r3xso3_settings *settings)
+{
+    settings->step = K(0.0001220703125);
+    settings->rho_inf = K(0.9);
+#ifdef EOMGEN_REAL_FLOAT
+    settings->rtol = K(1e-05);
+#else
+    settings->rtol = K(1e-10);
+#endif
+#ifdef EOMGEN_REAL_FLOAT
+    settings->atol = K(1e-06);
+#else
+    settings->atol = K(1e-12);
+#endif
+    settings->max_iterations = 16;
+    settings->max_halvings = 6;
+    settings->reuse = 1;
+}
+
 void heavy_top_r3xso3_default_state(heavy_top_r3xso3_state *state)
 {
     memset(state, 0, sizeof *state);
@@ -1232,22 +1251,6 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_solve_accelerations(const heavy_
     return heavy_top_r3xso3_finite(work->vdot, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-void heavy_top_r3xso3_default_settings(heavy_top_r3xso3_settings *settings)
-{
-    settings->step = K(0.0001220703125);
-    settings->rho_inf = K(0.9);
-#ifdef EOMGEN_REAL_FLOAT
-    settings->rtol = K(1e-5);
-    settings->atol = K(1e-6);
-#else
-    settings->rtol = K(1e-10);
-    settings->atol = K(1e-12);
-#endif
-    settings->max_iterations = 16;
-    settings->max_halvings = 6;
-    settings->reuse = 1;
-}
-
 /* Coefficients for a spectral radius rho at infinite frequency. */
 static heavy_top_r3xso3_coefficients heavy_top_r3xso3_coefficients_of(real rho)
 {
@@ -1840,7 +1843,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-/* How well a state meets the constraints, and how far apart pivots are. */
+/* How well a state meets the constraints. */
 static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
 {
     real position, velocity;
@@ -1868,6 +1871,14 @@ static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
         largest = heavy_top_r3xso3_larger(largest, size);
     }
     return largest / smallest;
+}
+
+/* The same at the end of a run, and how far apart pivots are. */
+static void heavy_top_r3xso3_finish(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
+{
+    heavy_top_r3xso3_observe(p, state, work);
+    if (work->factored_step > K(0.0) && !work->whole)
+        state->statistics.pivot_ratio = heavy_top_r3xso3_pivot_ratio(work);
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
@@ -1908,9 +1919,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *
             ++rows;
         }
     }
-    heavy_top_r3xso3_observe(p, state, work);
-    if (work->factored_step > K(0.0) && !work->whole)
-        state->statistics.pivot_ratio = heavy_top_r3xso3_pivot_ratio(work);
+    heavy_top_r3xso3_finish(p, state, work);
     if (recorded != NULL)
         *recorded = rows;
     return status;

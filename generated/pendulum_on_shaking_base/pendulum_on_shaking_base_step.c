@@ -44,6 +44,25 @@ const char *pendulum_on_shaking_base_status_text(pendulum_on_shaking_base_status
     return "unknown status";
 }
 
+void pendulum_on_shaking_base_default_settings(pendulum_on_shaking_base_settings *settings)
+{
+    settings->step = K(0.0002);
+    settings->rho_inf = K(0.8);
+#ifdef EOMGEN_REAL_FLOAT
+    settings->rtol = K(1e-05);
+#else
+    settings->rtol = K(1e-10);
+#endif
+#ifdef EOMGEN_REAL_FLOAT
+    settings->atol = K(1e-06);
+#else
+    settings->atol = K(1e-12);
+#endif
+    settings->max_iterations = 16;
+    settings->max_halvings = 6;
+    settings->reuse = 1;
+}
+
 void pendulum_on_shaking_base_default_state(pendulum_on_shaking_base_state *state)
 {
     memset(state, 0, sizeof *state);
@@ -304,22 +323,6 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_solve_accelerati
     ++statistics->evaluations;
     (void)p; (void)t;
     return pendulum_on_shaking_base_finite(work->vdot, 1) ? PENDULUM_ON_SHAKING_BASE_OK : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
-}
-
-void pendulum_on_shaking_base_default_settings(pendulum_on_shaking_base_settings *settings)
-{
-    settings->step = K(0.0002);
-    settings->rho_inf = K(0.8);
-#ifdef EOMGEN_REAL_FLOAT
-    settings->rtol = K(1e-5);
-    settings->atol = K(1e-6);
-#else
-    settings->rtol = K(1e-10);
-    settings->atol = K(1e-12);
-#endif
-    settings->max_iterations = 16;
-    settings->max_halvings = 6;
-    settings->reuse = 1;
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */

@@ -122,6 +122,25 @@ const char *spherical_pendulum_status_text(spherical_pendulum_status status)
     return "unknown status";
 }
 
+void spherical_pendulum_default_settings(spherical_pendulum_settings *settings)
+{
+    settings->step = K(0.001);
+    settings->rho_inf = K(0.8);
+#ifdef EOMGEN_REAL_FLOAT
+    settings->rtol = K(1e-05);
+#else
+    settings->rtol = K(1e-10);
+#endif
+#ifdef EOMGEN_REAL_FLOAT
+    settings->atol = K(1e-06);
+#else
+    settings->atol = K(1e-12);
+#endif
+    settings->max_iterations = 16;
+    settings->max_halvings = 6;
+    settings->reuse = 1;
+}
+
 void spherical_pendulum_default_state(spherical_pendulum_state *state)
 {
     memset(state, 0, sizeof *state);
@@ -430,22 +449,6 @@ static spherical_pendulum_status spherical_pendulum_solve_accelerations(const sp
     ++statistics->evaluations;
     (void)p; (void)t;
     return spherical_pendulum_finite(work->vdot, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
-}
-
-void spherical_pendulum_default_settings(spherical_pendulum_settings *settings)
-{
-    settings->step = K(0.001);
-    settings->rho_inf = K(0.8);
-#ifdef EOMGEN_REAL_FLOAT
-    settings->rtol = K(1e-5);
-    settings->atol = K(1e-6);
-#else
-    settings->rtol = K(1e-10);
-    settings->atol = K(1e-12);
-#endif
-    settings->max_iterations = 16;
-    settings->max_halvings = 6;
-    settings->reuse = 1;
 }
 
 /* Coefficients for a spectral radius rho at infinite frequency. */

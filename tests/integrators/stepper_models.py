@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -43,7 +43,7 @@ class Model:
     equations: Equations
     q: np.ndarray
     v: np.ndarray
-    inputs: int = 0
+    input_count: int = 0
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     discontinuities: tuple[()] = ()
@@ -52,6 +52,12 @@ class Model:
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
     angular: tuple[bool, ...] = ()
+    angles: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[SimpleNamespace, ...]:
+        return (SimpleNamespace(size=1),) * self.input_count
 
     @property
     def facts(self) -> Facts:
@@ -398,8 +404,7 @@ class Stepper:
         self.sizes = {name: int(library.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
         self.settings = default_settings(program.method)
         self.parameters = np.array([*parameters, 0.0])
-        sizes = program.sizes
-        self.layout = state_layout(program.method, sizes["q"], sizes["v"], sizes["z"], sizes["u"], len(program.parameters))
+        self.layout = state_layout(program.method)
         self.state = np.zeros(self.sizes["state"])
         self.workspace = np.zeros(self.sizes["workspace"])
 
@@ -468,9 +473,9 @@ def context_of(model: Model, method: Method, parameters: Sequence[str]) -> Stepp
         Function(name, inputs, tuple(SimpleNamespace(name=output) for output in outputs))
         for name, (inputs, outputs) in model.functions.items()
     )
-    sizes = {"q": len(model.q), "v": len(model.v), "z": 0, "u": model.inputs}
+    sizes = {"q": len(model.q), "v": len(model.v), "z": 0, "u": model.input_count}
     members = tuple(SimpleNamespace(member=name) for name in parameters)
-    data = method_data(method, model, samples=model.samples())
+    data = method_data(method, replace(model, parameters=tuple(parameters)), samples=model.samples())
     return StepperContext(model.name, sizes, functions, members, data, "base" in model.functions)
 
 

@@ -53,7 +53,7 @@ def test_settings_and_state_by_name():
     settings = default_settings(data)
     assert list(settings) == ["step", "rho_inf", "rtol", "atol", "max_iterations", "max_halvings", "reuse"]
     assert (settings["step"], settings["rho_inf"], settings["reuse"]) == (2e-3, 0.8, 1.0)
-    layout = state_layout(data, 4, 3)
+    layout = state_layout(data)
     assert (layout["q"], layout["a"], layout["max_residual"]) == (slice(1, 5), slice(11, 14), slice(31, 32))
     assert default_settings(data_of(RKMK, heavy_top())) == {"step": 1e-3}
 

@@ -218,7 +218,7 @@ class Similar:
         rows[0], recorded = stepper.row, 0
         if not status:
             status, recorded = stepper.run(steps, every, None, rows[1:])
-        layout = row_layout(library.layout["method"], self.model.nq, self.model.nv, self.model.nz)
+        layout = row_layout(library.layout["method"])
         return Motion(
             status, {name: rows[: recorded + 1, part] / sizes[name] for name, part in layout.items()}, dict(stepper.statistics)
         )

@@ -1,5 +1,5 @@
-"""Families of integration methods as data with order conditions that are checked when a method is made."""
+"""Families of integration methods: what each says of itself, and the register of all; order conditions are checked at start."""
 
-__all__ = ["generalized_alpha", "taylor"]
+__all__ = ["register"]
 #: Open to the other parts of ``integrators`` as well.
-WITHIN = ["coefficients", "family", "hermite", "partitioned", "runge_kutta"]
+WITHIN = ["family"]

@@ -1,11 +1,28 @@
-"""What a family of methods asks of a system, and what holds its coefficients to their conditions."""
+"""What a family of methods says of itself: a family is a subclass of ``Family``, a method an instance of it.
+
+Names, terms, the state of the stepper, settings, statistics and statuses are rows here; C and Python read the same rows.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Protocol
 
 from eomgen.errors import Problem, UsageError
+
+#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step; the scene's
+#: formulas expanded in series of time, and numbers of the caller held.
+InputDemand = Literal["sampled", "held", "series"]
+#: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method; none.
+DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
+#: Functions on the Lie groups of the configuration that a stepper may call.
+GroupFunction = Literal["update", "tangent", "bracket", "transport"]
+
+SMALLER_STEP = "a step smaller than {step:.3g} s"
 
 
 class FactsLike(Protocol):
@@ -17,14 +34,266 @@ class FactsLike(Protocol):
     def internal_states(self) -> bool: ...
 
 
+class SystemLike(Protocol):
+    """What is asked of a system (``system.System`` answers)."""
+
+    @property
+    def facts(self) -> Any: ...
+    @property
+    def factors(self) -> Any: ...
+    @property
+    def functions(self) -> Any: ...
+    @property
+    def counts(self) -> Any: ...
+    @property
+    def inputs(self) -> Any: ...
+    @property
+    def parameters(self) -> Any: ...
+    @property
+    def multipliers(self) -> Any: ...
+    @property
+    def holonomic(self) -> int: ...
+    @property
+    def row_units(self) -> Any: ...
+    @property
+    def angles(self) -> Any: ...
+    @property
+    def angular(self) -> Any: ...
+    @property
+    def turning(self) -> Any: ...
+    @property
+    def positions(self) -> int: ...
+    @property
+    def initial_z(self) -> Any: ...
+    @property
+    def patterns(self) -> Any: ...
+    @property
+    def discontinuities(self) -> Any: ...
+    @property
+    def inner_owners(self) -> Any: ...
+
+
 @dataclass(frozen=True)
 class Need:
-    """Something that a system must or must not have: the fact, the value it must have, why, and what to do otherwise."""
+    """Something that a system must or must not have: the fact, the value it must have, why, and what to do otherwise.
+
+    ``parameter`` is the parameter of the method that brings the need about, if any.
+    """
 
     fact: str
     value: bool
     reason: str
     alternative: str
+    parameter: str = ""
+
+
+@dataclass(frozen=True)
+class MethodName:
+    """A name by which callers know a method.
+
+    Attributes
+    ----------
+    make : what makes the method of those of its parameters that are given
+    parameters : of ``simulate`` and of scenes, those that it takes
+    aliases : other names for the same
+    idle : parameters that change nothing, and are no mistake
+    """
+
+    name: str
+    make: Callable[..., Family]
+    parameters: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Numbers of q, v, z, u, tunable parameters, multipliers, and holonomic ones among these."""
+
+    q: int
+    v: int
+    z: int
+    u: int
+    p: int
+    lam: int
+    holonomic: int
+
+
+@dataclass(frozen=True)
+class Field:
+    """A member of the stepper's state or statistics.
+
+    Attributes
+    ----------
+    name : in Python
+    comment : what it is, for the C header
+    size : of an array; 0: a number alone
+    kind : ``real``, ``long``, or ``parameters`` for the struct of tunable parameters
+    group : the struct within the state that holds it, if any
+    member : its name in C where that is another
+    """
+
+    name: str
+    comment: str = ""
+    size: int = 0
+    kind: Literal["real", "long", "parameters"] = "real"
+    group: str = ""
+    member: str = ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A number that a caller may set from run to run.
+
+    Attributes
+    ----------
+    default : its value where nothing is said
+    comment : what it is, for the C header
+    whole : the least and the largest of a whole number; None: any number that is not negative
+    single : its least value in single precision
+    """
+
+    name: str
+    default: float
+    comment: str
+    whole: tuple[int, int] | None = None
+    single: float = 0.0
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a call of the stepper may end.
+
+    Attributes
+    ----------
+    number, name : of the enumeration in C; 0 is ``OK``
+    text : what happened
+    advice : what to try, with places for settings as ``{step:.3g}``
+    """
+
+    number: int
+    name: str
+    text: str
+    advice: str
+
+
+class Family(ABC):
+    """A family of integration methods; its instances are the methods, checked when they are made."""
+
+    #: Its name, and that of its templates.
+    family: ClassVar[str]
+    #: The folder of its templates, ``stepper.c.jinja`` and what it includes; None: eomgen's own folder of the family's name.
+    templates: ClassVar[Path | None] = None
+    inputs: ClassVar[InputDemand] = "sampled"
+    dense_output: ClassVar[DenseOutput]
+    #: Whether a step solves equations.
+    implicit: ClassVar[bool] = False
+    #: Whether rows may have multipliers.
+    holds_constraints: ClassVar[bool] = False
+    #: Whether it passes positions where constraints are singular.
+    passes_singularities: ClassVar[bool] = False
+    #: Largest step times rate of decay at which a step is stable, for a warning; 0: not looked at.
+    real_stability: ClassVar[float] = 0.0
+    #: Whether the state alone, without the workspace, determines all later bits.
+    state_is_all: ClassVar[bool] = False
+    group_functions: ClassVar[tuple[GroupFunction, ...]] = ("update", "bracket")
+    #: What a step does whose inputs or parameters are not those that the last one ended with.
+    renewal: ClassVar[str] = "evaluates accelerations anew"
+    #: How q and v of a start are brought onto constraints.
+    projection: ClassVar[str] = ""
+    #: Structs within the state, and what is in them.
+    groups: ClassVar[Mapping[str, str]] = {}
+    #: What to try where it cannot run on a scene.
+    instead: str = "generalized_alpha"
+    #: What to try where it is unstable, besides smaller steps.
+    more_stable: str = "generalized_alpha, which is stable at larger ones"
+
+    order: int
+    source: str
+    needs: tuple[Need, ...]
+
+    @classmethod
+    @abstractmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        """Return the names of its methods."""
+
+    @classmethod
+    @abstractmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints.
+
+        Parameters
+        ----------
+        constrained, internal : whether the scene has constraints, and internal states
+        mass : whether the inertia matrix is at hand, which long trees leave out
+        """
+
+    @abstractmethod
+    def calls(self, system: SystemLike) -> set[str]:
+        """Return the functions of a system without which there is no stepper."""
+
+    @abstractmethod
+    def title(self, constrained: bool) -> str:
+        """Return what the method is, for the head of the C file."""
+
+    @property
+    def parameters(self) -> Mapping[str, Fraction]:
+        """What of the method is a setting of the compiled stepper."""
+        return {}
+
+    @property
+    def keywords(self) -> Mapping[str, float]:
+        """What makes the method again, by ``methods.method_named``."""
+        return {}
+
+    @property
+    def chooses_steps(self) -> bool:
+        """Whether steps are the method's own; growth by too large a step is not looked for then."""
+        return False
+
+    @property
+    def discontinuity_order(self) -> int:
+        """Derivatives of forces from this order on may jump within a step."""
+        return self.order
+
+    def warnings(self, constrained: bool) -> tuple[str, ...]:  # of the subclasses
+        """Return what a user of these settings should know, one sentence each."""
+        return ()
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        """Return what the state holds besides t, q, v, vdot, lam, z, zdot, and what all families count."""
+        return ()
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        """Return what may be set besides the step."""
+        return ()
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        """Return what is counted and measured besides what all families count."""
+        return ()
+
+    @abstractmethod
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        """Return how a call may end besides well.
+
+        Parameters
+        ----------
+        constrained, angles : whether there are constraints, and angles that are counted over turns
+        """
+
+    @abstractmethod
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+        """Return what its own templates read, JSON types only, and for the common ones:
+
+        ``input_times``, the shares of a step with a row of inputs; where there are some, ``hooks``, functions of its template by
+        when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a run), and ``row_notes``,
+        lines on rows for the header.
+
+        Parameters
+        ----------
+        step : s
+        samples : numbers by which pivots are chosen, None: the system's own
+        """
 
 
 def hold(text: str, true: bool) -> None:
@@ -32,7 +301,46 @@ def hold(text: str, true: bool) -> None:
         raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
 
 
+def velocities(factors: Sequence[Any]) -> int:
+    """Return the number of velocity components of factors."""
+    return sum(factor.v_size for factor in factors)
+
+
 UNCONSTRAINED = Need(
     "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
     "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
 )  # fmt: skip
+#: Terms of constraints that steppers call, or that bring a state onto the constraints.
+KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
+#: Statuses of most steppers.
+NOT_FINITE = Status(
+    3, "NOT_FINITE", "a value became infinite or not a number", f"{SMALLER_STEP}; then the forces and formulas near that time"
+)
+BAD_ARGUMENT = Status(
+    4,
+    "BAD_ARGUMENT",
+    "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table",
+    "the settings and inputs of the run",
+)
+SINGULAR_ADVICE = "the inertia of the bodies and, near special configurations, other initial angles"
+SINGULAR_MASS = Status(2, "SINGULAR", "the mass matrix is singular", SINGULAR_ADVICE)
+NOT_CONSISTENT = Status(
+    6, "NOT_CONSISTENT", "the initial configuration cannot be brought onto the constraints", BAD_ARGUMENT.advice
+)
+
+
+def rotation_too_large(angles: bool) -> Status:
+    """Return the status of a step with too large a turn of a body, or of an angle that is counted over turns."""
+    who = "a body or a joint" if angles else "a body"
+    what = f"{who} turns by more than 0.9 of a full turn within one step; reduce the step"
+    return Status(5, "ROTATION_TOO_LARGE", what, SMALLER_STEP)
+
+
+def series_terms(internal: bool, mass: bool) -> tuple[str, ...]:
+    """Return the functions of which Taylor coefficients of the motion are made; long trees leave the inertia matrix out."""
+    return (*(("mass", "residual") if mass else ("forward_dynamics",)), *(("internal_rate",) if internal else ()))
+
+
+def series_calls(system: SystemLike) -> set[str]:
+    """Return those of them that have to be there."""
+    return {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}

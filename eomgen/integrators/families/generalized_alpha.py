@@ -9,17 +9,44 @@ Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.coefficients import Coefficients
-from eomgen.integrators.families.family import Need, hold
+from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    KINEMATIC,
+    NOT_CONSISTENT,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    SMALLER_STEP,
+    DenseOutput,
+    Family,
+    Field,
+    GroupFunction,
+    MethodName,
+    Need,
+    Setting,
+    Sizes,
+    Status,
+    SystemLike,
+    hold,
+    rotation_too_large,
+    velocities,
+)
+from eomgen.lie.product import FactorLike
 
-GENERALIZED_ALPHA = "generalized_alpha"
+if TYPE_CHECKING:
+    from eomgen.integrators.newton.solver import Solver
+
 _CONDITIONALLY_STABLE = Need(
     "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
     "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
+    "beta",
 )  # fmt: skip
 _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
@@ -30,10 +57,23 @@ SPATIAL = "spatial"
 VARIANTS = ("F0", "F1", "F2", SPATIAL)
 #: Largest spectral radius at which index 3 is known to damp what its start excites, and where it is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
+#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of the
+#: method at steps of 1e-5; the stepper itself keeps the demand above round-off.
+RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
+#: The same in single precision.
+SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
+MAX_ITERATIONS, MAX_HALVINGS = 16, 6
+#: Named cases: the parameters that each takes, and what its C file is called by.
+_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
+    "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
+    "wbz": (wbz, ("alpha", "rho_inf"), (), "WBZ-alpha"),
+    "newmark": (newmark, ("alpha", "beta", "gamma"), (), "Newmark's method"),
+    "trapezoidal": (trapezoidal, (), ("average_acceleration",), "the trapezoidal rule"),
+}
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha:
+class GeneralizedAlpha(Family):
     """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named case.
 
     Parameters
@@ -55,10 +95,15 @@ class GeneralizedAlpha:
     form: str = STABILISED
     variant: str = "F0"
     case: Coefficients | None = None
-    family: str = field(default=GENERALIZED_ALPHA, init=False)
     order: int = field(default=2, init=False)
     source: str = field(default=_SOURCE, init=False)
     needs: tuple[Need, ...] = field(default=(), init=False)
+    family: ClassVar[str] = "generalized_alpha"
+    dense_output: ClassVar[DenseOutput] = "hermite_3"
+    implicit: ClassVar[bool] = True
+    holds_constraints: ClassVar[bool] = True
+    renewal: ClassVar[str] = "starts anew from q and v, as behind a jump of the forces"
+    projection: ClassVar[str] = "the nearest change in the metric of M"
 
     def __post_init__(self) -> None:
         if self.case is not None:
@@ -100,9 +145,9 @@ class GeneralizedAlpha:
             hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
         raise UsageError(Problem("method.rho_inf", what, hint))
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a user of these settings should know, one sentence each."""
+    def warnings(self, constrained: bool) -> tuple[str, ...]:
+        if self.form == INDEX_3 and not constrained:
+            return ()
         if self.case is not None and not self.case.unconditionally_stable:
             return (
                 f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular frequency stays below "
@@ -115,9 +160,189 @@ class GeneralizedAlpha:
             )
         return ()
 
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        """Return the optimal method in both forms and all variants, then the named cases in both forms."""
+        found: list[MethodName] = []
+        for form, middle in ((STABILISED, ""), (INDEX_3, "_index3")):
+            for variant in ("F0", "F1", "F2", SPATIAL):
+                name = f"generalized_alpha{middle}" + (f"_{variant.lower()}" if variant != "F0" else "")
+                others = ("chung_hulbert",) if name == "generalized_alpha" else ()
+                found.append(MethodName(name, partial(_optimal, form, variant), ("rho_inf",), others))
+        for case, (_, parameters, aliases, _) in _CASES.items():
+            found.append(MethodName(case, partial(_named_case, case, STABILISED), parameters, aliases))
+            found.append(MethodName(f"{case}_index3", partial(_named_case, case, INDEX_3), parameters))
+        return tuple(found)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
+        whole = ("internal_rate", "equations", "iteration") if internal else ()
+        if constrained:
+            own = () if internal else ("residual",)
+            return tuple(dict.fromkeys(["mass", *own, *KINEMATIC, "jacobian_values", "equations", "iteration", *whole]))
+        return ("forward_dynamics", *(whole or ("residual", "partials")))
+
+    def calls(self, system: SystemLike) -> set[str]:
+        if not len(system.multipliers) and not system.facts.internal_states:
+            return {"residual", "iteration" if "iteration" in system.functions else "partials"}
+        called = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
+        if system.holonomic:
+            called |= {"constraint_size"} | ({"jacobian_values"} if self.form == STABILISED else set())
+        return called
+
+    def title(self, constrained: bool) -> str:
+        name = "generalized-alpha" if self.case is None else _CASES[self.case.name][3]
+        form = {STABILISED: ", stabilised index 2", INDEX_3: ", index 3"}[self.form] if constrained else ""
+        return f"{name} on Lie groups{form}" + ("" if self.variant == "F0" else f", variant {self.variant}")
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:  # type: ignore[override]  # those of the variant
+        return ("update", "tangent", *(("bracket", "transport") if self.variant == SPATIAL else ()))
+
+    @property
+    def instead(self) -> str:  # type: ignore[override]  # of the form
+        return "another method" if self.case is None else "generalized_alpha"
+
+    @property
+    def more_stable(self) -> str:  # type: ignore[override]  # of the parameters
+        if self.case is not None and not self.case.unconditionally_stable:
+            return Family.more_stable
+        return "a smaller rho_inf" if self.case is None and self.rho_inf > 0 else "another method"
+
+    @property
+    def keywords(self) -> dict[str, float]:
+        if self.case is None:
+            return {"rho_inf": self.rho_inf}
+        if self.case.name in ("hht", "wbz"):
+            return {"alpha": float(self.case.gamma - Fraction(1, 2))}
+        return {} if self.case.name == "trapezoidal" else {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
+
+    def _index_3(self, sizes: Sizes) -> bool:
+        """Tell whether constraints are met at positions only."""
+        return self.form == INDEX_3 and sizes.holonomic > 0
+
+    def _eta(self, sizes: Sizes) -> int:
+        """Return the number of multipliers of the velocity constraints."""
+        return sizes.holonomic if self.form == STABILISED else 0
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        before = "of the last two steps, newest first, for predictions"
+        fields = [Field("a", "algorithmic acceleration", sizes.v), Field("a_before", f"that {before}", 2 * sizes.v)]
+        if self._eta(sizes):
+            fields += [
+                Field("eta", "multipliers of the velocity constraints", self._eta(sizes)),
+                Field("inverse_inertia", "1/M_ii at the start, by which they move positions", sizes.v),
+            ]
+        if self.variant == SPATIAL:
+            mean = "mean velocities of the last three steps, newest first, in the frame of the state"
+            fields.append(Field("mean_before", mean, 3 * sizes.v))
+        if sizes.lam:
+            fields.append(Field("lam_before", f"multipliers {before}", 2 * sizes.lam))
+        if sizes.z:
+            fields += [
+                Field("z_rate", "algorithmic rate of z", sizes.z),
+                Field("z_rate_before", f"that {before}", 2 * sizes.z),
+            ]
+        return (
+            *fields,
+            Field("history", "how many steps there are to predict from, at most 3", 0, "long"),
+            Field("predictor_order", "of the polynomial that would have predicted the last step best", 0, "long"),
+            *(Field(name, "of the method, with which a was made") for name in self.parameters),
+        )
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        below = f" (index 3: below {INDEX_3_REFUSED_RHO:g})" if self._index_3(sizes) else ""
+        meaning = {
+            "rho_inf": f"spectral radius at infinite frequency, 0 to 1{below}",
+            "alpha_m": "(1 - alpha_m) a' + alpha_m a = (1 - alpha_f) vdot' + alpha_f vdot",
+            "alpha_f": "alpha_m <= alpha_f <= 1/2",
+            "beta": "Newmark's, > 0",
+            "gamma": "Newmark's, >= 1/2; order 2 where gamma = 1/2 + alpha_f - alpha_m",
+        }
+        also = (", step lam" if sizes.lam else "") + (" and eta" if self._eta(sizes) else "")
+        also += ", and (z - z_n)/step" if sizes.z else ""
+        increment = f"of the Newton increment of the mean velocity over a step{also}, weighted RMS, relative to each component"
+        whole_motion = "of the same, relative to the size that the whole motion has in such components"
+        perturb = "1: start with velocities that spare multipliers an error of first order; 0: with those given"
+        whole = (
+            Setting("max_iterations", MAX_ITERATIONS, "per attempt", (1, 2**31 - 1)),
+            Setting("max_halvings", MAX_HALVINGS, "of a step that fails with a fresh matrix", (0, 30)),
+            Setting("reuse", 1, "1: keep a factorization as long as it converges well; 0: one per step", (0, 1)),
+            *((Setting("perturb", 1, perturb, (0, 1)),) if self._index_3(sizes) else ()),
+        )
+        return (
+            *(Setting(name, float(value), meaning[name]) for name, value in self.parameters.items()),
+            Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
+            Setting("atol", ABSOLUTE_TOLERANCE, whole_motion, single=SINGLE_ABSOLUTE_TOLERANCE),
+            *whole,
+        )
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        if not sizes.lam:
+            return ()
+        raw = "; where that is much, rows of the record hold what q and v ask for" if self._index_3(sizes) else ""
+        return (
+            Field("max_constraint", "largest |Phi| of the states recorded, and of the last one"),
+            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_eta", "largest multiplier of the velocity constraints; it is O(step^2)"),
+            Field("max_rounding", f"largest part of the multipliers of these states that was rounding{raw}"),
+            Field("pivot_ratio", "largest by smallest pivot of the last iteration matrix"),
+        )
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        diverges = "the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps"
+        damped = ", or a smaller rho_inf" if self.case is None and self.rho_inf > 0.0 else ""
+        repeated = ": constraints that repeat each other, or a part without mass" if constrained else ""
+        return (
+            Status(1, "NOT_CONVERGED", diverges, SMALLER_STEP + damped),
+            Status(2, "SINGULAR", f"the mass or iteration matrix is singular{repeated}", SINGULAR_ADVICE),
+            NOT_FINITE,
+            BAD_ARGUMENT,
+            rotation_too_large(angles),
+            *((NOT_CONSISTENT,) if constrained else ()),
+        )
+
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+        from eomgen.integrators.newton.samples import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+        nv, nl, nz = velocities(system.factors), len(system.multipliers), len(system.initial_z)
+        owners = system.inner_owners
+        unknowns = Unknowns(nv, nl, system.holonomic, self.form == STABILISED, len(owners), nz)
+        known = samples if samples is not None else samples_of(system)
+        solver = make_solver(unknowns, system.factors, known, self._weights(step), step, owners)
+        perturbed = unknowns.holonomic > 0 and not unknowns.eta
+        hooks = {"row": "without_rounding"} if perturbed else {}
+        return {
+            "hooks": {**hooks, **({"recorded": "observe", "end": "finish"} if nl else {})},
+            "row_notes": _ROW_NOTES if perturbed else [],
+            "matrices": True,
+            "form": self.form,
+            "variant": self.variant,
+            "rho_inf_below": INDEX_3_REFUSED_RHO if self.form == INDEX_3 and unknowns.holonomic else None,
+            "unknowns": {
+                "v": unknowns.v, "lam": unknowns.lam, "holonomic": unknowns.holonomic, "eta": unknowns.eta,
+                "size": unknowns.size, "phi": unknowns.phi, "w": unknowns.v + unknowns.holonomic, "skipped": unknowns.skipped,
+                "first_z": unknowns.first_z,
+            },
+            "solver": solver_data(solver, system.factors),
+            "angular": [int(turns) for turns in system.angular] or [0] * nv,
+            "places": _places(system.factors, nv),
+            "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],
+            "factorization_cost": _factorization_cost(system, solver),
+            "input_times": [0.0, 1.0],
+        }  # fmt: skip
+
+    def _weights(self, step: float) -> list[float]:
+        """Return the weights of an iteration matrix, in the order of ``newton.matrix.WEIGHTS``."""
+        g = float(self.gamma / self.beta)
+        b = float((1 - self.alpha_m) / (self.beta * (1 - self.alpha_f)))
+        return [b, step * g, step * step, g, step, 1.0, step * float(self.rate_gain)]
+
     @property
     def parameters(self) -> dict[str, Fraction]:
-        """What the compiled stepper takes: the spectral radius, or the four coefficients of a named case."""
+        """The spectral radius, or the four coefficients of a named case."""
         if self.case is None:
             return {"rho_inf": self.rho}
         return {"alpha_m": self.alpha_m, "alpha_f": self.alpha_f, "beta": self.beta, "gamma": self.gamma}
@@ -167,3 +392,43 @@ class GeneralizedAlpha:
         hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
         at_infinity = max(self.alpha_f / (1 - self.alpha_f), abs(1 - self.rate_gamma) / self.rate_gamma)
         hold("the same for internal states", at_infinity == self.rho)
+
+
+_ROW_NOTES = [
+    "Constraints are met at positions only, so v, vdot and lam of the state hold rounding of positions by the step and by",
+    "its square. Where that is much of lam, rows have v on the constraints and the vdot and lam that follow from q and v;",
+    "the state goes on with its own.",
+]
+
+
+def _optimal(form: str, variant: str, rho_inf: float | None = 0.8) -> GeneralizedAlpha:
+    return GeneralizedAlpha(0.8 if rho_inf is None else rho_inf, form, variant)
+
+
+def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha:
+    """Return a case; ``rho_inf`` is left out where ``alpha`` says the same."""
+    if given.get("alpha") is not None:
+        given = {key: value for key, value in given.items() if key != "rho_inf"}
+    return GeneralizedAlpha(form=form, case=_CASES[name][0](**given))
+
+
+def _factorization_cost(system: SystemLike, solver: Solver) -> float:
+    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation counts.
+
+    Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they count.
+    """
+    residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
+    turns = sum(1 for factor in system.factors if factor.group != "R")
+    iteration = float(system.counts[residual].flops + 4 * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns)
+    return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
+
+
+def _places(factors: Sequence[FactorLike], nv: int) -> list[int]:
+    """Return for each velocity component the number of q that it moves, or its position has in its place; -1: quaternions."""
+    places = [-1] * nv
+    for factor in factors:
+        rotation = 0 if factor.group == "R" else 3
+        first = factor.q_start + (4 if rotation else 0)
+        for k in range(rotation, factor.v_size):
+            places[factor.v_start + k] = first + k - rotation
+    return places

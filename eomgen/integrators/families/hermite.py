@@ -9,12 +9,27 @@ energies of oscillations do not drift. Where a step is too large for the highest
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
-from eomgen.integrators.families.family import UNCONSTRAINED, Need
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    NOT_FINITE,
+    SINGULAR_MASS,
+    SMALLER_STEP,
+    UNCONSTRAINED,
+    DenseOutput,
+    Family,
+    InputDemand,
+    MethodName,
+    Need,
+    Status,
+    SystemLike,
+    series_calls,
+    series_terms,
+)
 
-HERMITE = "hermite"
 #: Corrections end where they change no component by more than this part of the sizes of its kind, in units of rounding.
 CORRECTION_TOLERANCE = 45.0
 #: Corrections of a step at most.
@@ -28,25 +43,43 @@ STRETCH = 0.1
 
 
 @dataclass(frozen=True)
-class Hermite:
+class Hermite(Family):
     """Hermite's corrector with fixed steps."""
 
-    family: str = field(default=HERMITE, init=False)
     order: int = field(default=4, init=False)
     source: str = field(default="Makino and Aarseth 1992", init=False)
     needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
+    family: ClassVar[str] = "hermite"
+    inputs: ClassVar[InputDemand] = "series"
+    dense_output: ClassVar[DenseOutput] = "hermite_5"
+    implicit: ClassVar[bool] = True
+    renewal: ClassVar[str] = "evaluates accelerations and their rates anew"
 
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (MethodName("hermite", cls),)
 
-def hermite_data(method: Hermite) -> dict[str, Any]:
-    """Return what the template needs of the method, the functions of the recurrence aside."""
-    return {
-        "title": f"Hermite's corrector of order {method.order}, from accelerations and their rates",
-        "max_order": 2,
-        "correction_tolerance": CORRECTION_TOLERANCE,
-        "round_off": ROUND_OFF,
-        "coarse": COARSE,
-        "stretch": STRETCH,
-        "max_iterations": MOST_CORRECTIONS,
-        "input_times": [0.0, 1.0],
-        "rows_per_step": 1,
-    }
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
+        return series_terms(internal, mass)
+
+    def calls(self, system: SystemLike) -> set[str]:
+        return series_calls(system)
+
+    def title(self, constrained: bool) -> str:  # of the family
+        return f"Hermite's corrector of order {self.order}, from accelerations and their rates"
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+        large = "the corrections of a step do not settle: it is too large for the highest frequency"
+        return (Status(1, "NOT_CONVERGED", large, SMALLER_STEP), SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
+
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+        return {
+            "max_order": 2,
+            "correction_tolerance": CORRECTION_TOLERANCE,
+            "round_off": ROUND_OFF,
+            "coarse": COARSE,
+            "stretch": STRETCH,
+            "max_iterations": MOST_CORRECTIONS,
+            "input_times": [0.0, 1.0],
+        }

@@ -7,13 +7,31 @@ Numerical Integration (2006), section IV.4.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
-from eomgen.integrators.families.family import Need
+from eomgen.errors import ModelError, Problem
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    KINEMATIC,
+    NOT_CONSISTENT,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    SMALLER_STEP,
+    Field,
+    MethodName,
+    Need,
+    Sizes,
+    Status,
+    SystemLike,
+    rotation_too_large,
+    velocities,
+)
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
-PARTITIONED = "partitioned"
-
+#: Corrections of positions by Newton's method at most.
+MOST_CORRECTIONS = 16
 #: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept, and
 #: below which there is nothing to improve when one is chosen. 1 can always be had. Errors of the independent components come
 #: back multiplied: on the spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the error after 0.2 s is
@@ -39,8 +57,84 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     velocities are corrected along D only, and accelerations follow from (R^T M R) vdot_I = -R^T r, R = [-B_D^-1 B_I; 1].
     """
 
-    family: str = field(default=PARTITIONED, init=False)
     needs: tuple[Need, ...] = field(default=(_CONSTRAINED,), init=False)
+    family: ClassVar[str] = "partitioned"
+    holds_constraints: ClassVar[bool] = True
+    passes_singularities: ClassVar[bool] = True
+    state_is_all: ClassVar[bool] = False
+    projection: ClassVar[str] = "changes of the dependent components"
+    groups: ClassVar[Mapping[str, str]] = {"passage": "What leads a motion past positions where the constraints are singular."}
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (MethodName("rk4_partitioned", lambda: PARTITIONED_RUNGE_KUTTA_4, aliases=("partitioned",), idle=("rho_inf",)),)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
+        rates = ("internal_rate",) if internal else ()
+        if not constrained:  # it is refused, for a better reason than missing terms
+            return ("residual", *rates)
+        return ("mass", "residual", *KINEMATIC, *rates)
+
+    def calls(self, system: SystemLike) -> set[str]:
+        return {"mass", "residual", *KINEMATIC} - (set() if system.holonomic else {"constraint"})
+
+    def title(self, constrained: bool) -> str:
+        return f"{super().title(constrained)}, constraints eliminated by coordinate partitioning"
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        largest = "largest so far of the smallest pivot of B_D with its rows divided by the extents of what they close"
+        return (
+            Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
+            Field("largest_regularity", largest, group="passage"),
+            Field("passage_t", "of the last two states with regular constraints, newest first", 2, "real", "passage", "t"),
+            Field("passage_vdot", "their accelerations", 2 * sizes.v, "real", "passage", "vdot"),
+            Field("history", "how many of them there are", 0, "long", "passage"),
+            Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),
+        )
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:  # of the family
+        return (
+            Field("partitions", "sets of dependent components in use, one after the other; factorizations are of B_D", 0, "long"),
+            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
+            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_pivot_ratio", "largest by smallest pivot of B_D, weighed, in any evaluation"),
+            Field("singular_passages", "positions passed where the constraints are singular, or nearly", 0, "long"),
+        )
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+        slipped = "the correction of the dependent coordinates did not converge, whichever they are"
+        singular = (
+            "the constraints are singular here or within the step, whichever coordinates depend on the others, "
+            "or a part has no mass"
+        )
+        return (
+            Status(1, "NOT_CONVERGED", slipped, SMALLER_STEP),
+            Status(2, "SINGULAR", singular, SINGULAR_ADVICE),
+            NOT_FINITE,
+            BAD_ARGUMENT,
+            *((rotation_too_large(angles),) if angles else ()),
+            NOT_CONSISTENT,
+        )
+
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+        nv, nl = velocities(system.factors), len(system.multipliers)
+        if nl > nv:
+            what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
+            raise ModelError(Problem("method", what, "leave out the rows that follow from others"))
+        return {
+            **super().data(system, step, samples),
+            "matrices": False,
+            "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},
+            "angular": [int(turns) for turns in system.angular],
+            "lengths": [int(unit != "1") for unit in system.row_units],
+            "largest_gain": LARGEST_GAIN,
+            "good_gain": GOOD_GAIN,
+            "smallest_pivot": SMALLEST_PIVOT,
+            "near_part": NEAR_PART,
+            "singular_part": SINGULAR_PART,
+            "max_iterations": MOST_CORRECTIONS,
+        }
 
 
 PARTITIONED_RUNGE_KUTTA_4 = PartitionedRungeKutta(

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any, ClassVar
 
-from eomgen.integrators.families.family import UNCONSTRAINED, Need, hold
-
-RKMK = "rkmk"
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    NOT_FINITE,
+    SINGULAR_MASS,
+    UNCONSTRAINED,
+    DenseOutput,
+    Family,
+    MethodName,
+    Need,
+    Status,
+    SystemLike,
+    hold,
+)
 
 
 @dataclass(frozen=True)
-class RungeKuttaMuntheKaas:
+class RungeKuttaMuntheKaas(Family):
     """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
 
     Attributes
@@ -29,8 +41,11 @@ class RungeKuttaMuntheKaas:
     order: int
     commutators: int
     source: str
-    family: str = field(default=RKMK, init=False)
     needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
+    family: ClassVar[str] = "runge_kutta"
+    dense_output: ClassVar[DenseOutput] = "hermite_5"
+    real_stability: ClassVar[float] = 2.785
+    state_is_all: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         A, b, c = self.A, self.b, self.c
@@ -56,6 +71,38 @@ class RungeKuttaMuntheKaas:
         for order, text, terms, target in conditions:
             if order <= self.order:
                 hold(f"order {order}: {text}", sum(terms, Fraction(0)) == target)
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        aliases = ("rkmk4", "runge_kutta")  # no numerical damping is what explicit methods have anyway
+        return (MethodName("rk4", lambda: RUNGE_KUTTA_MUNTHE_KAAS_4, aliases=aliases, idle=("rho_inf",)),)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
+        return ("forward_dynamics", *(("internal_rate",) if internal else ()))
+
+    def calls(self, system: SystemLike) -> set[str]:
+        if "forward_dynamics" in system.functions:
+            return set()
+        return {"residual", "iteration" if "iteration" in system.functions else "partials"}
+
+    def title(self, constrained: bool) -> str:  # of the family
+        return f"explicit Runge-Kutta in the Lie algebra, order {self.order}"
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+        return (SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
+
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+        nodes = sorted({c for c in self.c if c != 0} | {1})
+        return {
+            "matrices": "forward_dynamics" not in system.functions,
+            "stages": len(self.b),
+            "A": [[float(x) for x in row] for row in self.A],
+            "b": [float(x) for x in self.b],
+            "c": [float(x) for x in self.c],
+            "input_rows": [0 if c == 0 else nodes.index(c) + 1 for c in self.c],
+            "input_times": [0.0, *(float(x) for x in nodes)],
+        }
 
 
 _HALF, _ZERO = Fraction(1, 2), Fraction(0)

@@ -6,14 +6,31 @@ The order is higher than theirs, for here an order costs much the same whether i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.family import Need
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    NOT_FINITE,
+    SINGULAR_MASS,
+    SMALLER_STEP,
+    DenseOutput,
+    Family,
+    Field,
+    InputDemand,
+    MethodName,
+    Need,
+    Setting,
+    Sizes,
+    Status,
+    SystemLike,
+    series_calls,
+    series_terms,
+)
 
-TAYLOR = "taylor"
 MAX_ORDER = 40
 DEFAULT_TOLERANCE = 1e-12
 #: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: with costs in proportion
@@ -49,7 +66,7 @@ _UNCONSTRAINED = Need(
 
 
 @dataclass(frozen=True)
-class Taylor:
+class Taylor(Family):
     """A Taylor step.
 
     Parameters
@@ -63,9 +80,12 @@ class Taylor:
 
     tolerance: float = DEFAULT_TOLERANCE
     order: int = 0
-    family: str = field(default=TAYLOR, init=False)
     source: str = field(default="Jorba and Zou 2005; Griewank and Walther 2008, table 13.2", init=False)
     needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
+    family: ClassVar[str] = "taylor"
+    inputs: ClassVar[InputDemand] = "series"
+    dense_output: ClassVar[DenseOutput] = "steps"
+    renewal: ClassVar[str] = "expands the motion anew"
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
@@ -83,33 +103,81 @@ class Taylor:
             raise UsageError(Problem("order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g}", "20"))
         object.__setattr__(self, "order", int(self.order))
 
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (MethodName("taylor", cls, ("order", "tolerance")),)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
+        return series_terms(internal, mass)
+
+    def calls(self, system: SystemLike) -> set[str]:
+        return series_calls(system)
+
+    def title(self, constrained: bool) -> str:  # of the family
+        return "Taylor series of any order"
+
     @property
     def parameters(self) -> dict[str, Fraction]:
-        """What the compiled stepper takes."""
         return {"tolerance": Fraction(self.tolerance), "order": Fraction(self.order)}
 
+    @property
+    def keywords(self) -> dict[str, float]:
+        return {"order": float(self.order), "tolerance": self.tolerance}
 
-def taylor_data(method: Taylor) -> dict[str, Any]:
-    """Return what the template needs of the method, the functions of the recurrence aside."""
-    return {
-        "title": "Taylor series of any order",
-        "parameters": list(method.parameters),
-        "tolerance": float(method.tolerance),
-        "order": method.order,
-        "max_order": MAX_ORDER,
-        "safety": SAFETY,
-        "longest": LONGEST,
-        "defect": DEFECT,
-        "round_off": ROUND_OFF,
-        "rounding": ROUNDING,
-        "coarse": COARSE,
-        "stretch": STRETCH,
-        "attempts": ATTEMPTS,
-        "growth": GROWTH,
-        "most_expansions": MOST_EXPANSIONS,
-        "input_times": [0.0, 1.0],
-        "rows_per_step": 1,
-    }
+    @property
+    def chooses_steps(self) -> bool:
+        return self.tolerance > 0.0
+
+    @property
+    def discontinuity_order(self) -> int:
+        return MAX_ORDER
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        states = ", and to z or 1" if sizes.z else ""
+        tolerance = f"of the local error, relative to the motion's angles, lengths and velocities{states}; 0: steps of the grid"
+        return (
+            Setting("tolerance", self.tolerance, tolerance),
+            Setting("order", self.order, f"of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
+        )
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:  # of the family
+        return (
+            Field("expansions", "series that were made", 0, "long"),
+            Field("rejections", "steps that were taken again because a series was trusted for too long", 0, "long"),
+        )
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+        disagrees = "the Taylor series disagrees with the equations where it ends, however short the step"
+        small = "the step became too small for the time to move on: the motion has a singularity near, or a corner"
+        stiff = "the motion is stiff, or the tolerance cannot be met at this order"
+        many = f"{MOST_EXPANSIONS} series were not enough for one row: {stiff}"
+        diverges = Status(1, "NOT_CONVERGED", disagrees, SMALLER_STEP)
+        common: tuple[Status, ...] = (diverges, SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
+        if self.chooses_steps:  # no smaller step of the grid helps
+            advice = "the forces and formulas near that time, or another method"
+            common = tuple(replace(status, advice=advice) for status in common)
+        return (
+            *common,
+            Status(5, "STEP_TOO_SMALL", small, "the forces and formulas near that time, or another method"),
+            Status(7, "TOO_MANY_STEPS", many, "generalized_alpha, a larger tolerance, or shorter rows"),
+        )
+
+    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+        return {
+            "max_order": MAX_ORDER,
+            "safety": SAFETY,
+            "longest": LONGEST,
+            "defect": DEFECT,
+            "round_off": ROUND_OFF,
+            "rounding": ROUNDING,
+            "coarse": COARSE,
+            "stretch": STRETCH,
+            "attempts": ATTEMPTS,
+            "growth": GROWTH,
+            "most_expansions": MOST_EXPANSIONS,
+            "input_times": [0.0, 1.0],
+        }
 
 
 def order_for(tolerance: float) -> int:

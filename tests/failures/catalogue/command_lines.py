@@ -110,7 +110,7 @@ FAILURES = [
     Failure(
         "A method that cannot bear constraints", 4,
         (
-            "model error: rk4 cannot run on this scene: rkmk needs a system without constraints: it steps ordinary "
+            "model error: rk4 cannot run on this scene: runge_kutta needs a system without constraints: it steps ordinary "
             "differential equations and would ignore the constraint equations; try: generalized_alpha"
         ),
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",

@@ -18,6 +18,7 @@ from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.targets.c.naming import CNames, c_string, comment
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
+from eomgen.integrators.families.register import family_named
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.resources import template_folder
 
@@ -25,20 +26,30 @@ MANIFEST = "manifest.json"
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
-#: The folder of a family's templates, where it is not called as the family is.
-FOLDERS = {"rkmk": "runge_kutta"}
+#: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
+_FAMILY = "family/"
 
 
 def stepper_template(family: str) -> str:
     """Return the template of a family's ``<prefix>_step.c``."""
-    return f"c/integrators/{FOLDERS.get(family, family)}/stepper.c.jinja"
+    return f"{_FAMILY}{family}/stepper.c.jinja"
+
+
+def _family_file(name: str) -> str | None:
+    """Return the text of a template ``family/<name>/<file>``, None where there is none."""
+    family, _, file = name.removeprefix(_FAMILY).partition("/")
+    if not name.startswith(_FAMILY):
+        return None
+    folder = family_named(family).templates or template_folder() / "c" / "integrators" / family
+    path = folder / file
+    return path.read_text(encoding="utf-8") if path.is_file() else None
 
 
 @cache
 def environment() -> jinja2.Environment:
     """Return the one Jinja environment: undefined names are errors, blocks leave no blank lines."""
     env = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template_folder()),
+        loader=jinja2.ChoiceLoader([jinja2.FileSystemLoader(template_folder()), jinja2.FunctionLoader(_family_file)]),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
