@@ -66,9 +66,7 @@ class Places:
         lengths += [abs(self.number(given)) for item in scene.constraints for given in (item.radius, item.length)]
         lengths += [body.beam.length for body in scene.bodies if body.beam is not None]
         for joint in scene.joints:
-            if joint.type == "prismatic":
-                ends = [end for stop in joint.stops for end in (stop.lower, stop.upper) if end is not None]
-                lengths += [abs(self.number(formula)) for formula in (*joint.each(joint.rest), *ends)]
+            lengths += [abs(self.number(formula)) for formula in joint.lengths()]
         lengths += [abs(float(value)) for value, unit in zip(q, model.q_units, strict=True) if unit == "m"]
         finite = [length for length in lengths if np.isfinite(length)]
         return max(finite, default=0.0) or 1.0

@@ -12,7 +12,6 @@ from eomgen.arrays import Array
 from eomgen.lie.product import FactorLike
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 
@@ -20,18 +19,11 @@ from eomgen.scene.scene import Scene
 _SMALL = 0.01
 _QUATERNION = ("1",) * 4
 _POSE = ((*_QUATERNION, "m", "m", "m"), (*("rad/s",) * 3, *("m/s",) * 3))
-#: Units of q and of v: by group, and by the type of the joint where the group is R.
+#: Units of q and of v, by group.
 _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "SO3": (_QUATERNION, ("rad/s",) * 3),
     "SE3": _POSE,
     "R3xSO3": _POSE,
-    "revolute": (("rad",), ("rad/s",)),
-    "prismatic": (("m",), ("m/s",)),
-    "helical": (("rad",), ("rad/s",)),
-    "cylindrical": (("rad", "m"), ("rad/s", "m/s")),
-    "universal": (("rad", "rad"), ("rad/s", "rad/s")),
-    "absolute": (("m",) * 3, ("m/s",) * 3),
-    "planar": (("rad", "m", "m"), ("rad/s", "m/s", "m/s")),
 }
 
 
@@ -57,12 +49,11 @@ class Factor:
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:
     """Return the factors of the configuration that the scene's joints have in joint coordinates, in the order of the joints."""
-    groups = {"spherical": "SO3", "free": "SE3"}
     factors: list[Factor] = []
     q = v = 0
     for joint in scene.leading_joints:
-        q_size, v_size = SIZES[joint.type]
-        factors.append(Factor(groups.get(joint.type, "R"), joint.name, q, q_size, v, v_size))
+        q_size, v_size = joint.kind.sizes
+        factors.append(Factor(joint.kind.group, joint.name, q, q_size, v, v_size))
         q, v = q + q_size, v + v_size
     return tuple(factors)
 
@@ -85,14 +76,15 @@ def coordinate_units(
     factors: Sequence[Factor], joints: Iterable[Joint], bodies: Iterable[Body] = ()
 ) -> tuple[list[str], list[str]]:
     """Return the SI units of all components of q and of v."""
-    types = {joint.name: joint.type for joint in joints}
+    of_joints = {joint.name: joint.kind.units for joint in joints}
     elastic = {body.name: _of_beam(body.beam) for body in bodies if body.beam is not None}
     q_units: list[str] = []
     v_units: list[str] = []
     for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
-        place = "absolute" if factor.name.endswith(".position") else ""
-        kind = types.get(factor.name, place) if factor.group == "R" else factor.group
-        q, v = elastic.get(factor.name) or _UNITS.get(kind, (("",) * factor.q_size, ("",) * factor.v_size))
+        unknown = ("m" if factor.name.endswith(".position") else "",) * factor.q_size
+        units = of_joints.get(factor.name, unknown)
+        of_numbers = units, tuple(f"{unit}/s" if unit else "" for unit in units)
+        q, v = elastic.get(factor.name) or _UNITS.get(factor.group, of_numbers)
         q_units += q
         v_units += v
     return q_units, v_units

@@ -11,7 +11,6 @@ from itertools import chain
 
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.joint_types import ANGLES
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -46,10 +45,7 @@ def _lengths(scene: Scene) -> Iterator[Formula]:
     for joint in scene.joints:
         if joint.parent not in still:
             yield from joint.position
-        if joint.type in ANGLES or joint.type == "prismatic":
-            first = ANGLES.get(joint.type, 0)
-            yield from joint.each(joint.rest)[first:]
-            yield from (end for stop in joint.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None)
+        yield from joint.lengths()
     yield from (spring.length for spring in scene.springs)
     yield from chain.from_iterable(bushing.rest for bushing in scene.bushings)
     yield from (tyre.radius for tyre in scene.tyres)

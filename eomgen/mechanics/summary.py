@@ -31,7 +31,7 @@ def kept_and_dropped(
         kept.append(f"beam {name}: {_deformed(beam)}")
         lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
         note(not lacking, f"{', '.join(lacking)} of beam {name}", "the scene asks for none")
-    fixed = [joint.name for joint in joints if joint.type == "fixed" and joint.child not in beams]
+    fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
     note(facts.moving_base, "base_motion, base struct", "the base is at rest")

@@ -26,8 +26,6 @@ class Seen(NamedTuple):
     scenery: Mapping[str, Any]
 
 
-#: Joints that are drawn as a pin along their axis, and those with a rail.
-_TURNING, _SLIDING = ("revolute", "cylindrical", "helical"), ("prismatic", "cylindrical", "helical")
 #: Rows that are evaluated at once.
 BATCH = 8192
 
@@ -74,11 +72,12 @@ def scenery(scene: Scene, parameters: Mapping[str, float]) -> dict[str, Any]:
     joints = []
     for joint in scene.joints:
         position = place(f"joints.{joint.name}.position", joint.position)
+        turns, slides = joint.kind.drawn
         joints.append(
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child, "position": position,
-             "axis": list(joint.axis), "turns": joint.type in _TURNING, "slides": joint.type in _SLIDING}
+             "axis": list(joint.axis), "turns": turns, "slides": slides}
         )  # fmt: skip
-        if joint.type != "free":
+        if joint.kind.group != "SE3":
             links[joint.parent].append(position)
     rods = []
     for constraint in scene.constraints:
@@ -88,7 +87,7 @@ def scenery(scene: Scene, parameters: Mapping[str, float]) -> dict[str, Any]:
         ]
         for end in ends:
             links[end["body"]].append(end["position"])
-        if constraint.type == "distance":
+        if constraint.kind.rod:
             rods.append({"name": constraint.name, "ends": ends})
     springs = [
         {"name": item.name, "first": item.first, "second": item.second, "elastic": item.stiffness != Number(0.0)}
@@ -101,14 +100,14 @@ def scenery(scene: Scene, parameters: Mapping[str, float]) -> dict[str, Any]:
     shown = _shown(scene)
     for name in dict.fromkeys([*shown, *(end for item in scene.springs for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
-    carried = {joint.child: joint.type for joint in scene.joints}
+    carried = {joint.child: joint.kind.group for joint in scene.joints}
     bodies = []
     for body in scene.bodies:
         xx, yy, zz, xy, xz, yz = place(f"bodies.{body.name}.inertia", body.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         center = np.array(place(f"bodies.{body.name}.center_of_mass", body.center_of_mass))
         solid = equivalent_solid(number(f"bodies.{body.name}.mass", body.mass), center, tensor)
-        hub = center.tolist() if carried[body.name] == "free" else [0.0, 0.0, 0.0]
+        hub = center.tolist() if carried[body.name] == "SE3" else [0.0, 0.0, 0.0]
         places = [hub, *links[body.name]] if solid["kind"] == "none" else [center.tolist(), *links[body.name]]
         ties = [place for place in places if place != hub]
         bodies.append({"name": body.name, "solid": solid, "hub": hub, "links": ties})

@@ -1,47 +1,248 @@
-"""Joint types: the sizes, units and names of their coordinates, and the rows of constraints of the same names."""
+"""The types of joints and constraints, one row each: a chain of elementary motions, and what does not follow from it.
+
+All that the package knows of a type follows from its row: sizes, group and units of coordinates, limits, initial states, keys,
+rows and frames as a constraint, drawing. A new type is a row here and its name in ``JointType``, and in ``ConstraintType`` unless
+it has no equations.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, get_args
 
 JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
-#: Numbers of coordinates and of velocity components of each joint type.
-SIZES: Mapping[str, tuple[int, int]] = {
-    "fixed": (0, 0), "revolute": (1, 1), "prismatic": (1, 1), "helical": (1, 1), "cylindrical": (2, 2), "universal": (2, 2),
-    "planar": (3, 3), "spherical": (4, 3), "free": (7, 6),
-}  # fmt: skip
-#: Numbers of coordinates that are angles, which come first.
-ANGLES: Mapping[str, int] = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "planar": 1}
-CONFIGURATION_SIZE: Mapping[str, int] = {kind: size for kind, (size, _) in SIZES.items()}
-VELOCITY_SIZE: Mapping[str, int] = {kind: size for kind, (_, size) in SIZES.items()}
-#: Joints whose coordinates are plain numbers: the unit of each coordinate by its meaning.
-COORDINATES: Mapping[str, Mapping[str, str]] = {
-    "revolute": {"angle": "rad"}, "prismatic": {"travel": "m"}, "helical": {"angle": "rad"},
-    "cylindrical": {"angle": "rad", "travel": "m"}, "universal": {"first angle": "rad", "second angle": "rad"},
-    "planar": {"angle": "rad", "x": "m", "y": "m"},
-}  # fmt: skip
 ConstraintType = Literal[
     "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance", "point_on_line",
     "rolling",
 ]  # fmt: skip
-#: Number of equations of each type: (holonomic, velocity level).
-ROWS: dict[str, tuple[int, int]] = {
-    "spherical": (3, 0), "revolute": (5, 0), "universal": (4, 0), "cylindrical": (4, 0), "helical": (5, 0), "prismatic": (5, 0),
-    "planar": (3, 0), "fixed": (6, 0), "distance": (1, 0), "point_on_line": (2, 0), "rolling": (1, 2),
-}  # fmt: skip
+MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
+#: What is used of a constraint's frame besides its origin; "any" takes the body's own axes where nothing is said.
+Need = Literal["nothing", "z", "x and z", "any"]
+#: Directions of a joint, orthonormal and right-handed.
+AXIS, SECOND_AXIS, THIRD_AXIS = 0, 1, 2
+#: Units of what a constraint drives.
+DRIVE_UNITS: Mapping[str, str] = {"angle": "rad", "travel": "m"}
+#: Groups of elementary motions whose coordinates are not plain numbers.
+GROUPS: Mapping[str, str] = {"ball": "SO3", "free": "SE3"}
+#: Keys of an initial state besides the velocity, by group; a fixed joint has none.
+_STARTS = {"": (), "R": ("position",), "SO3": ("position", "rotation"), "SE3": ("position", "orientation", "rotation")}
+
+
+@dataclass(frozen=True)
+class ElementaryMotion:
+    """One motion of a chain.
+
+    Attributes
+    ----------
+    kind : turn about an axis, travel along one or more, screw, ball (quaternion) or free (quaternion and position)
+    axes : directions of the joint
+    components : of the joint's velocity, one for each column of the motion subspace
+    """
+
+    kind: MotionKind
+    axes: tuple[int, ...] = ()
+    components: tuple[int, ...] = (0,)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of what each component is the rate of."""
+        count = len(self.components)
+        return ("rad", "rad", "rad", "m", "m", "m") if self.kind == "free" else ("m" if self.kind == "travel" else "rad",) * count
+
+
+def _turn(component: int = 0, axis: int = AXIS) -> ElementaryMotion:
+    return ElementaryMotion("turn", (axis,), (component,))
+
+
+def _travel(component: int = 0, axis: int = AXIS) -> ElementaryMotion:
+    return ElementaryMotion("travel", (axis,), (component,))
+
+
+_BALL, _FREE = ElementaryMotion("ball", (), (0, 1, 2)), ElementaryMotion("free", (), (0, 1, 2, 3, 4, 5))
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A type of joint, of constraint, or of both: what it leaves free between two frames.
+
+    Attributes
+    ----------
+    chain : elementary motions from the parent to the child, travels first; components of the velocity are angular ones first
+    meanings : of coordinates that are plain numbers, where "angle" and "travel" do not tell them apart
+    drive : the coordinate that a constraint of the type may prescribe
+    urdf : names of the type in URDF
+    light : what to try where a joint carries no inertia, with ``{}`` for the body
+    equations : numbers of holonomic and velocity rows of a constraint that no chain describes
+    needs : what such a constraint uses of its two frames
+    keys : of constraints of this type alone
+    rod : whether it is drawn as a rod between the origins
+    """
+
+    name: str
+    chain: tuple[ElementaryMotion, ...] = ()
+    meanings: tuple[str, ...] = ()
+    drive: Literal["", "angle", "travel"] = ""
+    urdf: tuple[str, ...] = ()
+    light: str = "mass or inertia for the body {}, rotor_inertia, or a fixed joint (URDF: lock)"
+    equations: tuple[int, int] | None = None
+    needs: tuple[Need, Need] | None = None
+    keys: tuple[str, ...] = ()
+    rod: bool = False
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Unit of what each velocity component is the rate of: rad or m."""
+        found = {k: unit for motion in self.chain for k, unit in zip(motion.components, motion.units, strict=True)}
+        return tuple(found[k] for k in range(len(found)))
+
+    @property
+    def moves(self) -> bool:
+        return bool(self.chain)
+
+    @property
+    def group(self) -> str:
+        """Factor of the configuration space: R, SO3 or SE3; empty where nothing moves."""
+        return next((GROUPS[motion.kind] for motion in self.chain if motion.kind in GROUPS), "R" if self.chain else "")
+
+    @property
+    def v_size(self) -> int:
+        return len(self.units)
+
+    @property
+    def q_size(self) -> int:
+        return self.v_size + (self.group in GROUPS.values())
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Numbers of coordinates and of velocity components."""
+        return self.q_size, self.v_size
+
+    @cached_property
+    def coordinates(self) -> Mapping[str, str]:
+        """Unit of each coordinate by its meaning, where coordinates are plain numbers: these may have springs and limits."""
+        if self.group != "R":
+            return {}
+        meanings = self.meanings or tuple("angle" if unit == "rad" else "travel" for unit in self.units)
+        return dict(zip(meanings, self.units, strict=True))
+
+    @property
+    def angles(self) -> int:
+        """Number of coordinates that are angles; they come first."""
+        return sum(unit == "rad" for unit in self.coordinates.values())
+
+    @property
+    def counted(self) -> tuple[int, ...]:
+        """Angles that two frames tell up to whole turns only; a screw's travel tells its turns."""
+        return tuple(k for motion in self.chain if motion.kind == "turn" for k in motion.components)
+
+    @property
+    def only_turns(self) -> bool:
+        """Whether it is one turn about its axis."""
+        return self.chain == (_turn(),)
+
+    @property
+    def starts(self) -> tuple[str, ...]:
+        """Keys that give its initial position."""
+        return _STARTS[self.group]
+
+    @property
+    def turned_about(self) -> tuple[int, ...]:
+        """Directions that it turns about one by one, in order."""
+        return tuple(motion.axes[0] for motion in self.chain if motion.kind in ("turn", "screw"))
+
+    @property
+    def travels(self) -> tuple[int, ...]:
+        """Directions that it travels along, without those of screws."""
+        return tuple(axis for motion in self.chain if motion.kind == "travel" for axis in motion.axes)
+
+    def has(self, kind: MotionKind) -> bool:
+        """Return whether an elementary motion of this kind is in the chain."""
+        return any(motion.kind == kind for motion in self.chain)
+
+    @property
+    def second_key(self) -> str:
+        """Key of the second axis: one that is turned about has to be written, one that is only travelled along may be."""
+        return "second_axis" if SECOND_AXIS in self.turned_about else "x_axis" if SECOND_AXIS in self.travels else ""
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Keys of its own that a joint has to have, besides the axis."""
+        return ("second_axis",) * (self.second_key == "second_axis") + ("pitch",) * self.has("screw")
+
+    @property
+    def drawn(self) -> tuple[bool, bool]:
+        """Whether it is drawn as a pin along its axis, and whether as a rail; joints with one axis only."""
+        along = all(motion.axes == (AXIS,) for motion in self.chain)
+        return along and bool(self.turned_about), along and bool(self.travels or self.has("screw"))
+
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Numbers of holonomic and of velocity rows as a constraint."""
+        return self.equations or (6 - self.v_size, 0)
+
+    @property
+    def frame_axes(self) -> tuple[int, int, int]:
+        """Axes of a constraint's frames (0 for x) along each direction: z along the axis, but x and y along two turned about."""
+        return (0, 1, 2) if len(self.turned_about) > 1 else (2, 0, 1)
+
+    @property
+    def uses(self) -> tuple[Need, Need]:
+        """What its rows use of the first and of the second frame."""
+        if self.needs is not None or not self.chain:
+            return self.needs or ("any", "any")
+        if self.has("ball"):
+            return ("z" if self.travels else "nothing"), "nothing"
+        return ("z", "z") if len(self.turned_about) == 1 and not self.has("screw") else ("x and z", "x and z")
+
+    @property
+    def constraint_keys(self) -> tuple[str, ...]:
+        """Keys that a constraint has besides its frames."""
+        return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
+
+
+_ROWS = (
+    Connection("fixed", urdf=("fixed",)),
+    Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
+    Connection("prismatic", (_travel(),), drive="travel", urdf=("prismatic",)),
+    Connection("helical", (ElementaryMotion("screw", (AXIS,)),)),
+    Connection("cylindrical", (_travel(1), _turn()), drive="travel"),
+    Connection("universal", (_turn(), _turn(1, SECOND_AXIS)), meanings=("first angle", "second angle")),
+    Connection(
+        "planar",
+        (ElementaryMotion("travel", (SECOND_AXIS, THIRD_AXIS), (1, 2)), _turn()),
+        meanings=("angle", "x", "y"),
+        urdf=("planar",),
+    ),
+    Connection(
+        "spherical", (_BALL,), light="inertia = [xx, yy, zz] for the body {}, or two revolute joints for what has no size"
+    ),
+    Connection(
+        "free",
+        (_FREE,),
+        urdf=("floating",),
+        light="mass and inertia = [xx, yy, zz] for the body {}, or three prismatic joints for a point mass",
+    ),
+    Connection("distance", equations=(1, 0), needs=("nothing", "nothing"), keys=("length",), rod=True),
+    Connection("point_on_line", (_travel(3), _BALL)),
+    Connection("rolling", equations=(1, 2), needs=("z", "z"), keys=("radius", "shape")),
+)
+TYPES: Mapping[str, Connection] = {row.name: row for row in _ROWS}
+JOINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(JointType)}
+CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(ConstraintType)}
+
+
+def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
+    """Return the unit of what belongs to each velocity component, by type of joint: one unit where all are alike."""
+    found: dict[str, str | tuple[str, ...]] = {}
+    for name, row in JOINTS.items():
+        units = tuple(angular if unit == "rad" else linear for unit in row.units)
+        if units:
+            found[name] = units[0] if len(row.chain) == 1 and len(set(units)) == 1 else units
+    return found
 
 
 def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the unit of what belongs to each coordinate, by type of joint."""
-    return {
-        "revolute": angular,
-        "prismatic": linear,
-        "helical": angular,
-        "cylindrical": (angular, linear),
-        "universal": (angular, angular),
-        "planar": (angular, linear, linear),
-    }
-
-
-EFFORT_UNITS = by_coordinate("N m", "N")
+    """Return the same for the joints whose coordinates are plain numbers."""
+    return {name: units for name, units in by_component(angular, linear).items() if JOINTS[name].coordinates}

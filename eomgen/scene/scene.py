@@ -17,7 +17,6 @@ from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body, Point
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.forces.model import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
-from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.requirements import Requirement
@@ -97,7 +96,7 @@ class Scene:
     @property
     def leading_joints(self) -> tuple[Joint, ...]:
         """The joints that move and follow no other: those with coordinates of their own."""
-        return tuple(joint for joint in self.joints if joint.mimic is None and SIZES[joint.type][1])
+        return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

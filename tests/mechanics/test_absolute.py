@@ -12,7 +12,7 @@ from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.forces.model import Effort, TorsionSpring
-from eomgen.scene.joint_types import ANGLES, SIZES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
@@ -34,7 +34,7 @@ GROUPS = ["SE3", "R3xSO3", "mixed"]
 def loaded(seed: int, links: int = 4) -> Scene:
     """Return a tree with everything that can act on it, points in several bodies observed, and fixed joints in between."""
     scene = weighty(with_loads(random_scene(seed, links, tunable=0.3 * (seed % 2)), seed), seed)
-    single = [(joint.name, k) for joint in scene.joints if joint.type in NUMBERS for k in range(SIZES[joint.type][1])]
+    single = [(joint.name, k) for joint in scene.joints if joint.type in NUMBERS for k in range(joint.kind.v_size)]
     efforts = tuple(Effort(f"motor_{name}_{k}", name, Symbol("input", "pull"), k) for name, k in single)
     points = tuple(Point(f"in_{body.name}", body.name, vector((0.2, -0.1, 0.3))) for body in scene.bodies)
     scene = point_outputs(replace(scene, efforts=efforts, points=(*scene.points, *points)))
@@ -119,7 +119,7 @@ def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
     state = random_states(joint, STATES, rng)
     kinds = {item.name: item.type for item in scene.joints}
     for factor in joint.factors:
-        state["q"][:, factor.q_start : factor.q_start + ANGLES.get(kinds[factor.name], 0)] *= 160.0
+        state["q"][:, factor.q_start : factor.q_start + JOINTS[kinds[factor.name]].angles] *= 160.0
     state = on_base(at_joint, state)
     angles = joint_angles(joint, absolute, state)
     moved = over_turns(absolute, absolute_state(scene, joint, absolute, state, at_joint), angles, rng)

@@ -10,7 +10,7 @@ import pytest
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.joint_types import ROWS
+from eomgen.scene.joint_types import CONSTRAINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.model import Output
@@ -106,7 +106,7 @@ def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, place: s
     item = constraint(rng, kind, first, second, driven=driven, shape=shape)
     scene = replace(scene, constraints=(item,), coordinates=coordinates, groups={"one": "R3xSO3"})
     system = derive(scene, TERMS)
-    holonomic, level = ROWS[kind]
+    holonomic, level = CONSTRAINTS[kind].rows
     assert (system.holonomic, len(system.multipliers)) == (holonomic + driven, holonomic + driven + level)
     assert all(name.startswith("loop: ") for name in system.multipliers)
     check_derivatives(system, states_of(system, rng))
@@ -166,7 +166,7 @@ def test_what_each_type_allows(kind: str, driven: bool, shape: str, rng) -> None
         moved = displaced(system.factors[:1], one, 1j * STEP * np.eye(6)[k])
         displacement = freely_displaced(kind, s, t, driven, shape)
         directions.append(body_velocity(q, pair_state(scene, displacement, moved).imag / STEP))
-    B = evaluate("constraint_jacobian", state)["B"][0, : ROWS[kind][0] + driven]
+    B = evaluate("constraint_jacobian", state)["B"][0, : CONSTRAINTS[kind].rows[0] + driven]
     allowed = np.array(directions)
     assert np.abs(B @ allowed.T).max() <= 1e-12
     freedoms = np.linalg.matrix_rank(allowed, tol=1e-9)

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.bodies.model import BASE
-from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Factor
@@ -65,7 +64,7 @@ def poses(scene: Scene, q: Array, base: Pose | None = None) -> dict[str, Pose]:
     found = {BASE: base if base is not None else (np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3)))}
     start = 0
     for joint in scene.joints:
-        size = SIZES[joint.type][0]
+        size = joint.kind.q_size
         turn, shift = _joint_pose(joint, q[..., start : start + size], parameters)
         start += size
         R, p = found[joint.parent]

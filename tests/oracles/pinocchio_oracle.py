@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array
@@ -72,7 +72,7 @@ class PinocchioOracle:
         order = np.empty(self.model.nv, dtype=int)
         for number, kind, _, v_start in self.joints:
             start = self.model.joints[number].idx_v
-            for k, position in enumerate(_INNER.get(kind, range(SIZES[kind][1]))):
+            for k, position in enumerate(_INNER.get(kind, range(JOINTS[kind].v_size))):
                 order[v_start + k] = start + position
         self.order = order
 
@@ -88,7 +88,7 @@ class PinocchioOracle:
             elif kind == "revolute" and self.model.joints[number].nq == 2:
                 found[first : first + 2] = np.cos(q[start]), np.sin(q[start])
             else:
-                for k, position in enumerate(_INNER.get(kind, range(SIZES[kind][0]))):
+                for k, position in enumerate(_INNER.get(kind, range(JOINTS[kind].q_size))):
                     found[first + position] = q[start + k]
         return found
 
@@ -155,7 +155,7 @@ def oracle_from_urdf(path: Path, scene: Scene, root: str = "fixed", lock: Sequen
         assert joint.type != "fixed" and model.existJointName(name), f"{name} is in one of the models only"
         number = model.getJointId(name)
         joints.append((number, joint.type, q_start, v_start))
-        q_start, v_start = q_start + SIZES[joint.type][0], v_start + SIZES[joint.type][1]
+        q_start, v_start = q_start + joint.kind.q_size, v_start + joint.kind.v_size
         placement, inertia = _placement(joint.orientation, joint.position), body_inertia(bodies[joint.child])
         deviation = max(deviation, np.abs(placement.homogeneous - model.jointPlacements[number].homogeneous).max())
         deviation = max(deviation, np.abs(inertia.matrix() - model.inertias[number].matrix()).max())
@@ -212,7 +212,7 @@ def oracle_of_tree(scene: Scene, carrier: Any = None) -> PinocchioOracle:
     starts: dict[str, tuple[int, int]] = {}
     for joint in scene.joints:
         starts[joint.name] = (q_start, v_start)
-        q_start, v_start = q_start + SIZES[joint.type][0], v_start + SIZES[joint.type][1]
+        q_start, v_start = q_start + joint.kind.q_size, v_start + joint.kind.v_size
     for body, joint in _depth_first(scene):
         parent, offset = at[joint.parent]
         placement = offset * _placement(joint.orientation, joint.position)

@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.model import BASE, Base, Body, Point
 from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
-from eomgen.scene.joint_types import SIZES, JointType
+from eomgen.scene.joint_types import JOINTS, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.rotations import Rotation  # fmt: skip
 from eomgen.scene.scene import Scene
@@ -79,7 +79,7 @@ class _Maker:
     def joint(self, name: str, kind: JointType, parent: str, child: str, tunable: float) -> Joint:
         orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
         position = vector([self.maybe_tunable(value, 0.5 * tunable) for value in self.rng.uniform(-0.6, 0.6, 3)])
-        geared, size = kind in NUMBERS and self.rng.uniform() < 0.4, SIZES[kind][1]
+        geared, size = kind in NUMBERS and self.rng.uniform() < 0.4, JOINTS[kind].v_size
         rotors = tuple(number(self.rng.uniform(0.0, 0.05) if geared else 0.0) for _ in range(size if kind in NUMBERS else 1))
         neutral = {"spherical": (1.0, 0.0, 0.0, 0.0), "free": (1.0, *([0.0] * 6))}.get(kind, (0.0,) * size)
         axis = np.array(self.axis())
@@ -162,7 +162,7 @@ def with_loads(scene: Scene, seed: int) -> Scene:
     loose = points[0].body == tip.body  # such a spring has no work to do, which is fine
 
     def each(joint: Joint, low: float, high: float) -> Coefficients:
-        values = tuple(number(rng.uniform(low, high)) for _ in range(SIZES[joint.type][1]))
+        values = tuple(number(rng.uniform(low, high)) for _ in range(joint.kind.v_size))
         return values if len(values) > 1 else values[0]
 
     joints = tuple(
@@ -179,7 +179,7 @@ def with_loads(scene: Scene, seed: int) -> Scene:
     )
     driven = [joint for joint in scene.joints if joint.type != "fixed"][-1]
     effort = Effort(
-        "motor", driven.name, plus(Symbol("input", "pull"), times(-0.7, Symbol("v", driven.name, 0))), SIZES[driven.type][1] - 1
+        "motor", driven.name, plus(Symbol("input", "pull"), times(-0.7, Symbol("v", driven.name, 0))), driven.kind.v_size - 1
     )
     wind = vector(
         [times(-0.3, Symbol("velocity", "tip", 0)), call("cos", TIME), times(0.5, call("tanh", Symbol("position", "tip", 2)))]
@@ -198,7 +198,7 @@ def with_loads(scene: Scene, seed: int) -> Scene:
 def with_mimics(scene: Scene, seed: int) -> Scene:
     """Return the scene with every joint of one coordinate but the last one following that one, or one that follows it."""
     rng = np.random.default_rng(seed)
-    single = [joint.name for joint in scene.joints if SIZES[joint.type] == (1, 1)]
+    single = [joint.name for joint in scene.joints if joint.kind.sizes == (1, 1)]
     followed = dict(itertools.pairwise(single))
     joints = tuple(
         replace(

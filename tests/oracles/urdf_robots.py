@@ -22,7 +22,6 @@ import pinocchio as pin
 
 from eomgen.errors import EomgenError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
@@ -131,16 +130,16 @@ def _oracle(path: Path, scene: Scene, root: str) -> tuple[PinocchioOracle, Calla
     for joint in _moving(scene):
         if joint.name not in written:
             starts[joint.name] = nq, nv
-            nq, nv = nq + SIZES[joint.type][0], nv + SIZES[joint.type][1]
+            nq, nv = nq + joint.kind.q_size, nv + joint.kind.v_size
     rows_q, rows_v, offsets = list[Array](), list[Array](), list[float]()
     for joint in _moving(scene):
         name, multiplier, offset = joint.name, 1.0, 0.0
         while name in written:
             name, factor, shift = written[name]
             multiplier, offset = multiplier * factor, offset + multiplier * shift
-        for size, start, count, rows in ((SIZES[joint.type][0], 0, nq, rows_q), (SIZES[joint.type][1], 1, nv, rows_v)):
+        for size, start, count, rows in ((joint.kind.q_size, 0, nq, rows_q), (joint.kind.v_size, 1, nv, rows_v)):
             rows += [multiplier * np.eye(count)[starts[name][start] + k] for k in range(size)]
-        offsets += [offset] * SIZES[joint.type][0]
+        offsets += [offset] * joint.kind.q_size
     G, c = np.array(rows_q), np.array(offsets)
     return oracle, lambda q: q @ G.T + c, np.array(rows_v)
 

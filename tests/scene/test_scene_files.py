@@ -14,7 +14,7 @@ import pytest
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.document.json_schema import json_schema
-from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.toml import line_index
@@ -615,7 +615,7 @@ def test_json_schema() -> None:
     schema = json.loads(json_schema())
     assert schema["required"] == ["format", "name"]
     assert schema["additionalProperties"] is False
-    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == list(SIZES)
+    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == list(JOINTS)
     assert schema["$defs"]["Parameter"]["anyOf"][0] == {"type": "number"}
     assert schema["$defs"]["Body"]["required"] == ["mass"]
     assert len(schema["$defs"]["Body"]["properties"]["inertia"]["anyOf"]) == 4

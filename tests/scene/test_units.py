@@ -18,7 +18,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.nodes import Number
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
-from eomgen.scene.joint_types import ANGLES, SIZES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.keys import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
@@ -311,11 +311,11 @@ def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
     assert "a torque in N m is expected" in problems(effort.format(2, "kN"), free)[0]
 
 
-@pytest.mark.parametrize("kind", [kind for kind, (_, size) in SIZES.items() if size])
+@pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.moves])
 def test_an_effort_has_the_unit_of_its_component(kind: str) -> None:
     """Moments come first, forces behind; an effort that does not say its component acts on the first."""
-    size = SIZES[kind][1]
-    turning = {"spherical": 3, "free": 3}.get(kind, ANGLES.get(kind, 0))
+    size = JOINTS[kind].v_size
+    turning = {"spherical": 3, "free": 3}.get(kind, JOINTS[kind].angles)
     keys = "" if kind in ("spherical", "free") else "axis = [0, 1, 0]\n"
     keys += {"universal": "second_axis = [1, 0, 0]\n", "helical": "pitch = 0.1\n"}.get(kind, "")
     text = replaced('"revolute"', f'"{kind}"').replace("axis = [0, 1, 0]\n", keys)

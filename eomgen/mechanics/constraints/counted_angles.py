@@ -14,7 +14,6 @@ from itertools import chain
 
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.mechanics.forces.internal_states import state_formulas
-from eomgen.scene.joint_types import ANGLES
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.scene import Scene
 
@@ -34,20 +33,19 @@ def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
     used = set(_in_elements(scene))
     for formula in chain(state_formulas(scene), *(output.values for output in scene.outputs)):
         used |= _as_numbers(formula, turns=False)
-    turning = [joint for joint in scene.joints if joint.type != "helical"]
-    return tuple((joint.name, k) for joint in turning for k in range(ANGLES.get(joint.type, 0)) if (joint.name, k) in used)
+    return tuple((joint.name, k) for joint in scene.joints for k in joint.kind.counted if (joint.name, k) in used)
 
 
 def angle_labels(scene: Scene) -> tuple[str, ...]:
     """Return what the numbers beside the poses are called: ``hinge.angle``; ``cross.angle[1]`` of a joint with two angles."""
-    angles = {joint.name: ANGLES.get(joint.type, 0) for joint in scene.joints}
+    angles = {joint.name: joint.kind.angles for joint in scene.joints}
     return tuple(f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene))
 
 
 def follows_within_a_turn(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
     """Return whether a joint follows an angle, as an angle, by a whole multiple: turns of the leader do not matter then."""
     whole = mimic.multiplier
-    return joint.type == leader.type == "revolute" and isinstance(whole, Number) and whole.value == int(whole.value)
+    return joint.kind.only_turns and leader.kind.only_turns and isinstance(whole, Number) and whole.value == int(whole.value)
 
 
 def _in_elements(scene: Scene) -> Iterator[Coordinate]:

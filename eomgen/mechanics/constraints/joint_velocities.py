@@ -31,7 +31,7 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
 def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
     """Return the components of a joint's velocity; on motions that the joint allows they are those of joint coordinates."""
     item = joint_constraint(joint)
-    if item is None or item.type == "spherical":
+    if item is None or not item.kind.coordinates:
         pair = placed(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))
     else:
         pair = placed(quantities, item.first, item.second)
@@ -40,20 +40,14 @@ def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
     sliding = minus(pair.velocity_at(second, second.origin), pair.velocity_at(first, second.origin))
 
     def components() -> Iterator[Scalar]:
-        match joint.type:
-            case "revolute" | "helical":
-                yield dot(turning, first.axis(2))
-            case "prismatic":
-                yield dot(sliding, first.axis(2))
-            case "cylindrical":
-                yield from (dot(turning, first.axis(2)), dot(sliding, first.axis(2)))
-            case "universal":
-                yield from (dot(turning, first.axis(0)), dot(turning, second.axis(1)))
-            case "planar":
-                yield from (dot(turning, first.axis(2)), dot(sliding, first.axis(0)), dot(sliding, first.axis(1)))
-            case "spherical":
-                yield from apply(transpose(second.axes), turning)
-            case _:
-                yield from (*apply(transpose(second.axes), turning), *apply(transpose(second.axes), sliding))
+        kind = joint.kind
+        if not kind.coordinates:
+            yield from apply(transpose(second.axes), turning)
+            if kind.has("free"):
+                yield from apply(transpose(second.axes), sliding)
+        for frame, axis in zip((first, second), kind.turned_about, strict=False):
+            yield dot(turning, frame.axis(kind.frame_axes[axis]))
+        for axis in kind.travels:
+            yield dot(sliding, first.axis(kind.frame_axes[axis]))
 
     return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.way) for value in components()]

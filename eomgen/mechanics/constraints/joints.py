@@ -26,7 +26,7 @@ from eomgen.symbolic.tape import ZERO
 
 def joint_constraint(joint: Joint) -> Constraint | None:
     """Return the constraint that a joint is; None for joints without equations."""
-    if joint.type == "free" or joint.type == "fixed":  # noqa: PLR1714  # the checker narrows the type by equality only
+    if not joint.kind.moves or joint.kind.rows == (0, 0):
         return None
     turn = _frame(joint)
     first = Frame(joint.parent, joint.position, _product(joint.orientation, turn))
@@ -35,7 +35,7 @@ def joint_constraint(joint: Joint) -> Constraint | None:
 
 def _frame(joint: Joint) -> tuple[Direction, ...]:
     """Return the axes of the constraint's frames in the child: z along the joint's axis, or x and y along both of them."""
-    if joint.type == "universal":
+    if len(joint.kind.turned_about) > 1:
         return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
     return frame_of(joint)
 
@@ -99,7 +99,7 @@ class AbsoluteQuantities(Quantities):
     def _measure(self, joint: str, index: int) -> Scalar | Turn:
         if joint not in self._measures:
             item = self.constraints[joint]
-            if item is None or item.type == "spherical":
+            if item is None or not item.kind.coordinates:
                 raise ModelError(
                     f"joint {joint!r} has no single coordinate that absolute coordinates could measure",
                     "a force or torque on the body, or joint coordinates",
@@ -122,20 +122,14 @@ class AbsoluteQuantities(Quantities):
         def travel(k: int) -> Scalar:
             return dot(gap, first.axis(k))
 
-        match item.type:
-            case "prismatic":
-                return (travel(2),)
-            case "helical":
-                return (travel(2) / self.formula(item.pitch),)
-            case "cylindrical":
-                return turn(), travel(2)
-            case "universal":
-                about_x = angle(first.axis(1), first.axis(2), second.axis(1))
-                return about_x, angle(second.axis(0), second.axis(2), first.axis(0))
-            case "planar":
-                return turn(), travel(0), travel(1)
-            case _:
-                return (turn(),)
+        kind = item.kind
+        if kind.has("screw"):
+            return (travel(2) / self.formula(item.pitch),)
+        angles = [turn()] * len(kind.turned_about)
+        if len(angles) > 1:
+            about_x = angle(first.axis(1), first.axis(2), second.axis(1))
+            angles = [about_x, angle(second.axis(0), second.axis(2), first.axis(0))]
+        return (*angles, *(travel(kind.frame_axes[axis]) for axis in kind.travels))
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         tape = self.algebra.tape
@@ -158,7 +152,7 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         if item is None:
             continue
         pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
-        if joint.type == "revolute":
+        if joint.kind.only_turns:
             value = turned_past(quantities, target, pair.first, pair.second)
             rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.way))
         else:

@@ -72,7 +72,7 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
         with quantities.algebra.tape.block(f"constraint {item.name}"):
             pair = placed(quantities, item.first, item.second)
             rows.holonomic += _holonomic(quantities, item, pair)
-            if item.type == "rolling":
+            if item.kind.rows[1]:
                 rows.velocity += _rolling(quantities, item, pair)
     return rows
 
@@ -95,38 +95,32 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
     driven = []
     if item.drive is not None:
         drive = quantities.formula(item.drive)
-        if item.type == "revolute":
+        if item.kind.drive == "angle":
             driven = [angle("driven angle", turned_past(quantities, drive, first, second), drive)]
         else:
             driven = [length("driven travel", local[2] + drive, drive)]
     match item.type:
-        case "spherical":
-            return meeting
-        case "revolute":
-            return meeting + parallel + driven
-        case "universal":
-            return [*meeting, spin]
-        case "cylindrical":
-            return meeting[:2] + parallel + driven
-        case "helical":
-            travel = length("travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch))
-            return [*meeting[:2], *parallel, travel]
-        case "prismatic":
-            return [*meeting[:2], *parallel, spin, *driven]
-        case "planar":
-            return [length("origin stays in the plane", dot(gap, z1)), *parallel]
-        case "fixed":
-            return [*meeting, *parallel, spin]
         case "distance":
             apart, wanted = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
             return [length("distance", apart - wanted, wanted)]
-        case "point_on_line":
-            across = apply(transpose(first.axes), gap)
-            return [length(f"point stays on the line along {axis}", across[k]) for k, axis in enumerate("xy")]
-        case _:
+        case "rolling":
             height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
             size, lever, way = _on_wheel(quantities, item, pair)
             return [Row(f"{item.name}: contact", height, "m", size, lever, way)]
+    kind, turns = item.kind, len(item.kind.turned_about)
+    turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
+    if kind.has("screw"):
+        travel = length("travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch))
+        return [*meeting[:2], *turned, travel]
+    along = [kind.frame_axes[axis] for axis in kind.travels]
+    if len(along) > 1:
+        placed_rows = [length("origin stays in the plane", dot(gap, z1))]
+    elif along and (kind.has("ball") or turns > 1):  # along an axis of the first frame alone
+        across = apply(transpose(first.axes), gap)
+        placed_rows = [length(f"point stays on the line along {'xyz'[k]}", across[k]) for k in range(3) if k not in along]
+    else:
+        placed_rows = [meeting[k] for k in range(3) if k not in along]
+    return [*placed_rows, *turned, *driven]
 
 
 def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:

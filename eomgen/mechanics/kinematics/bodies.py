@@ -57,7 +57,7 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
         sine = algebra.call(Op.SIN, half)
         axis = link.columns[0].angular
         return quaternion_product(constant, [algebra.call(Op.COS, half), *(component * sine for component in axis)])
-    if link.kind in ("prismatic", "elastic"):
+    if link.kind in ("travel", "elastic"):
         return constant
     if link.station is not None:
         on_tape = TapeAlgebra(algebra.tape)
@@ -97,7 +97,7 @@ def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
         mount = tree.mounts[body.name]
         own = constant_quaternion(mount.orientation)
         found = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
-        if scene.coordinates == "absolute" and joint.type != "fixed":
+        if scene.coordinates == "absolute" and joint.kind.moves:
             wanted[body.name] = found  # a coordinate of its own
         else:
             placed = constant_quaternion(tree.algebra.matrix(joint.orientation))

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.mechanics.tree.joints import GROUPS
 from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.joint_types import GROUPS
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol

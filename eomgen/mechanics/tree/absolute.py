@@ -29,6 +29,7 @@ from eomgen.mechanics.tree.links import (
     parameter_scalars,
 )  # fmt: skip
 from eomgen.scene.bodies.model import BASE, Body
+from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
@@ -68,7 +69,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         tensor = tuple(number(entry) for entry in body.inertia)
         inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
-        if joint.type == "fixed":
+        if not joint.kind.moves:
             above = mounts[joint.parent]
             orientation = multiply(above.orientation, algebra.matrix(joint.orientation))
             position = plus(above.position, apply(above.orientation, vector(joint.position)))
@@ -120,21 +121,21 @@ def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, ine
     place = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
     return [
-        _link(algebra, "prismatic", name, ROOT, place, no_inertia(algebra)),
-        _link(algebra, "spherical", name, index, turn, inertia),
+        _link(algebra, "travel", name, ROOT, place, no_inertia(algebra)),
+        _link(algebra, "ball", name, index, turn, inertia),
     ]
 
 
-def _link(algebra: Algebra, kind: str, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
+def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor)
-    motion = Motion(kind, IDENTITY if kind == "prismatic" else (), tuple(range(factor.v_size)))
+    motion = Motion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
     rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
-    joint = Joint(factor.name, "free" if kind != "spherical" else "spherical", BASE, name)
+    joint = Joint(factor.name, "spherical" if kind == "ball" else "free", BASE, name)
     link = Link(
         name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
         neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, motion, zero),
         coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
-        rotor_inertias=(zero,) * factor.v_size, balanced=kind == "spherical",
+        rotor_inertias=(zero,) * factor.v_size, balanced=kind == "ball",
     )  # fmt: skip
     return link, factor

@@ -63,7 +63,7 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
     inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
     if body.beam is not None:
         inertia = no_inertia(algebra)
-    if joint.type == "fixed":
+    if not joint.kind.moves:
         links = list(tree.links)
         if mount.link != ROOT:
             links[mount.link] = links[mount.link].carrying(inertia.moved(orientation, position))

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from eomgen.formula.nodes import Formula
-from eomgen.mechanics.tree.joints import GROUPS, Motion
-from eomgen.scene.joint_types import SIZES
+from eomgen.mechanics.tree.joints import Motion
+from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.system.system import Factor
@@ -74,13 +74,13 @@ def joint_coordinates(
 
     ``elastic`` tells how many elastic coordinates a body has; they come right after its joint's.
     """
-    moving = {joint.name: joint for joint in joints if joint.type != "fixed"}
+    moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []
     q_start = v_start = 0
     for joint in joints:
         sizes = {}
-        if joint.type != "fixed" and joint.mimic is None:
-            sizes[joint.name] = (GROUPS.get(joint.type, "R"), *SIZES[joint.type])
+        if joint.kind.moves and joint.mimic is None:
+            sizes[joint.name] = (joint.kind.group, *joint.kind.sizes)
         if joint.child in elastic:
             sizes[joint.child] = ("R", elastic[joint.child], elastic[joint.child])
         for name, (group, q_size, v_size) in sizes.items():

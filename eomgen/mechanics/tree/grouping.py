@@ -42,13 +42,13 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
         k = link.turn.place
         along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
         second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
-        if link.kind != "revolute":
+        if link.kind != "turn":
             return Inertia(zero, algebra.zero_vector, second)
         return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
     match link.kind:
-        case "prismatic":
+        case "travel":
             return Inertia(zero, algebra.zero_vector, inertia.second)
-        case "spherical":
+        case "ball":
             return Inertia(inertia.mass, algebra.zero_vector, nothing)
         case _:
             return Inertia(zero, algebra.zero_vector, nothing)

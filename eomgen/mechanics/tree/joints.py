@@ -11,7 +11,7 @@ import sympy
 
 from eomgen.arrays import Array
 from eomgen.scene.geometry.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
-from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.operations import Op
@@ -21,15 +21,6 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus,
 Direction = tuple[float, float, float]
 IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
-#: Groups of joints whose coordinates are not plain numbers.
-GROUPS = {"spherical": "SO3", "free": "SE3"}
-
-#: Elementary motions that turn about one axis.
-_TURNING = frozenset({"revolute", "helical"})
-
-#: How many of a joint's axes are turned about, of axis and second axis.
-_TURNED_ABOUT = {"revolute": 1, "helical": 1, "cylindrical": 1, "planar": 1, "universal": 2}
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -37,19 +28,19 @@ class Motion:
 
     Attributes
     ----------
-    kind : revolute, prismatic (along one or more axes), helical, spherical or free
+    kind : turn, travel (along one or more axes), screw, ball or free
     axes : unit vectors in the axes of the links
     components : those of the joint's velocity that drive the columns, in order
     """
 
-    kind: str
+    kind: MotionKind
     axes: tuple[Direction, ...]
     components: tuple[int, ...]
 
     @property
     def turn(self) -> CoordinateAxis | None:
         """The coordinate axis of the links that it turns about; None for motions that do not turn about one axis."""
-        return coordinate_axis(self.axes[0]) if self.kind in _TURNING else None
+        return coordinate_axis(self.axes[0]) if self.kind in ("turn", "screw") else None
 
 
 @dataclass(frozen=True)
@@ -109,26 +100,14 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
     motions : with axes in link axes; none for a fixed joint
     """
     axes, axis, second = _link_axes(joint)
-    components = tuple(range(SIZES[joint.type][1]))
-    match joint.type:
-        case "fixed":
-            return axes, ()
-        case "universal":
-            return axes, (Motion("revolute", (axis,), (0,)), Motion("revolute", (second,), (1,)))
-        case "cylindrical":
-            return axes, (Motion("prismatic", (axis,), (1,)), Motion("revolute", (axis,), (0,)))
-        case "planar":
-            in_plane = (second, perpendicular(axis, second))
-            return axes, (Motion("prismatic", in_plane, (1, 2)), Motion("revolute", (axis,), (0,)))
-        case "spherical" | "free":
-            return axes, (Motion(joint.type, (), components),)
-        case _:
-            return axes, (Motion(joint.type, (axis,), components),)
+    directions = (axis, second, perpendicular(axis, second))
+    chain = joint.kind.chain
+    return axes, tuple(Motion(item.kind, tuple(directions[k] for k in item.axes), item.components) for item in chain)
 
 
 def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
     """Return the axes of a joint's links, and in them the joint's axis and its second axis."""
-    turned_about = (joint.axis, joint.second_axis)[: _TURNED_ABOUT.get(joint.type, 0)]
+    turned_about = [(joint.axis, joint.second_axis)[k] for k in joint.kind.turned_about]
     if None not in map(coordinate_axis, turned_about):
         return IDENTITY, joint.axis, joint.second_axis
     beside = [found for direction in turned_about if (found := axis_beside(direction)) is not None]
@@ -153,7 +132,7 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:
     """Return, in the child's axes, a frame whose z is the joint's axis; its x is the second axis of a joint that has one."""
-    if joint.type in ("universal", "planar"):
+    if joint.kind.second_key:
         return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
     return rows(frame_about(np.array(joint.axis)))
 
@@ -164,17 +143,17 @@ def perpendicular(a: Direction, b: Direction) -> Direction:
 
 
 def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column, ...]:
-    """Return the motion subspace: about and along axes, or (spherical and free) in the link's own axes."""
+    """Return the motion subspace: about and along axes, or (ball and free) in the link's own axes."""
     zero, units = algebra.zero_vector, algebra.identity
     axes = [algebra.vector(axis) for axis in motion.axes]
     match motion.kind:
-        case "revolute":
+        case "turn":
             return (Column(axes[0], zero),)
-        case "prismatic":
+        case "travel":
             return tuple(Column(zero, axis) for axis in axes)
-        case "helical":
+        case "screw":
             return (Column(axes[0], scaled(pitch, axes[0])),)
-        case "spherical":
+        case "ball":
             return tuple(Column(unit, zero) for unit in units)
         case _:
             return tuple(Column(unit, zero) for unit in units) + tuple(Column(zero, unit) for unit in units)
@@ -187,22 +166,22 @@ def pose_of(
 
     Parameters
     ----------
-    pitch : of helical motions, m/rad
+    pitch : of screws, m/rad
     orientation, position : of the frame at neutral q
     """
     constant = MatrixFactor(orientation)
     axes = [algebra.vector(axis) for axis in motion.axes]
-    if motion.kind == "prismatic":
+    if motion.kind == "travel":
         for axis, travel in zip(axes, q, strict=True):  # travels along several axes add up
             position = plus(position, apply(orientation, scaled(travel, axis)))
         return Rotation((constant,)), position
     if motion.turn is not None:
         angle = q[0] if motion.turn.sense > 0.0 else -q[0]
         turn = PlanarFactor(motion.turn.place, algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle))
-        if motion.kind == "helical":
+        if motion.kind == "screw":
             position = plus(position, apply(orientation, scaled(q[0] * pitch, axes[0])))
         return Rotation((constant, turn)), position
     turned = Rotation((constant, MatrixFactor(quaternion_matrix(algebra, list(q[:4])))))
-    if motion.kind == "spherical":
+    if motion.kind == "ball":
         return turned, position
     return turned, plus(position, apply(orientation, (q[4], q[5], q[6])))

@@ -11,7 +11,7 @@ from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
-from eomgen.scene.joint_types import VELOCITY_SIZE
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.model import Parameter
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
@@ -150,8 +150,7 @@ def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Value
         values.report.add(key, f"there is no joint {shown(joint)}", nearest(joint, kinds) or "a [joints] section")
     elif joint in before:
         values.report.add(key, f"the joint {joint} is named twice", "each joint once")
-    elif VELOCITY_SIZE.get(kinds[joint], 1) != 1:
-        size = VELOCITY_SIZE[kinds[joint]]
+    elif kinds[joint] and (size := JOINTS[kinds[joint]].v_size) != 1:
         count = f"{size} coordinates" if size else "no coordinates"
         hint = f'signals = {{ {joint}_0 = "q.{joint}[0]", ... }}' if size else "a moving joint"
         values.report.add(key, f"the {kinds[joint]} joint {joint} has {count}, not one", hint)
@@ -194,8 +193,9 @@ def read_calibration(
     check_known(f"{key}.output_weights", written.output_weights, outputs, "output", values)
     for table in ("position_weights", "velocity_weights"):
         for joint in getattr(written, table) or ():
-            if VELOCITY_SIZE.get(values.names.joints.get(joint, ""), 1) != 1:
-                what = f"the {values.names.joints[joint]} joint {joint} has not one coordinate"
+            kind = values.names.joints.get(joint, "")
+            if kind and JOINTS[kind].v_size != 1:
+                what = f"the {kind} joint {joint} has not one coordinate"
                 report.add(f"{key}.{table}.{key_of(joint)}", what, "an output, and its weight in output_weights")
     for table in ("position_weights", "velocity_weights", "signal_weights", "output_weights"):
         for name, weight in (getattr(written, table) or {}).items():

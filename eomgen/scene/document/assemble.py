@@ -26,7 +26,7 @@ from eomgen.scene.document.validation import read_document
 from eomgen.scene.forces.model import Bushing
 from eomgen.scene.forces.reading import read_bushing, read_effort, read_force, read_spring, read_torsion_spring, read_tyre
 from eomgen.scene.formula.scope import PARAMETERS, Names
-from eomgen.scene.joint_types import VELOCITY_SIZE
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.constraints import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
@@ -115,7 +115,7 @@ class _Assembler:
         for name in sorted(refused["joints"]):
             entry = data["joints"].get(name)
             kind = entry.get("type") if isinstance(entry, Mapping) else None
-            joint_types[name] = kind if isinstance(kind, str) and kind in VELOCITY_SIZE else ""
+            joint_types[name] = kind if isinstance(kind, str) and kind in JOINTS else ""
         self.parameters = [
             *(Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
             *made_parameters(document.controllers),

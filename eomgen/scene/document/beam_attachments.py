@@ -18,7 +18,9 @@ from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
 from eomgen.scene.bodies.model import Body, Point
 from eomgen.scene.forces.model import Bushing, Force
 from eomgen.scene.geometry.rotations import ALIKE
+from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
@@ -143,19 +145,8 @@ def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, B
 
 
 def _motions(joint: Joint) -> Array:
-    """Return the twists (6, n) of a joint in its child's frame."""
-    axis, second = np.array(joint.axis), np.array(joint.second_axis)
-    none, third = np.zeros(3), np.cross(axis, second)
-    turn, travel = np.concatenate([axis, none]), np.concatenate([none, axis])
-    columns = {
-        "fixed": [],
-        "revolute": [turn],
-        "prismatic": [travel],
-        "helical": [turn],  # its travel comes with the turn, and cannot follow a deflection by itself
-        "cylindrical": [turn, travel],
-        "universal": [turn, np.concatenate([second, none])],
-        "planar": [turn, np.concatenate([none, second]), np.concatenate([none, third])],
-        "spherical": list(np.eye(6)[:3]),
-        "free": list(np.eye(6)),
-    }[joint.type]
-    return np.array(columns).reshape(-1, 6).T
+    """Return the twists (6, n) of a joint in its child's frame; a screw's travel cannot follow a deflection by itself."""
+    neutral = np.zeros(joint.kind.q_size)
+    if joint.kind.group in GROUPS.values():
+        neutral[0] = 1.0
+    return displaced(joint.kind, joint.axis, joint.second_axis, neutral)[2]

@@ -12,6 +12,7 @@ from eomgen.scene.bodies.model import BASE, WORLD, Body
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
 from eomgen.scene.geometry.inertia import Inertia, tensor
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
@@ -138,6 +139,6 @@ def check_groups(document: Document, report: Report) -> None:
     """Report the groups of bodies that do not move on their own."""
     for joint in document.joints.values():
         body = document.bodies.get(joint.child)
-        if joint.type == "fixed" and body is not None and body.group is not None:
+        if not JOINTS[joint.type].moves and body is not None and body.group is not None:
             what = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
             report.add(key_of("bodies", joint.child, "group"), what, "the group of the body that carries it")

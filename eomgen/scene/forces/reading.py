@@ -14,7 +14,7 @@ from eomgen.scene.forces import schema as written
 from eomgen.scene.forces.model import Bushing, Effort, Force, Slip, Spring, TorsionSpring, Tyre
 from eomgen.scene.formula.scope import PARAMETERS, ROAD, SPRING_FORCE, STATE
 from eomgen.scene.geometry.rotations import rows, sequence
-from eomgen.scene.joint_types import ANGLES, VELOCITY_SIZE
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import check_reference
@@ -44,7 +44,7 @@ def read_torsion_spring(name: str, spring: written.TorsionSpring, values: Values
         if field == "second" and not joint:
             continue
         known = report.check_reference(f"{key}.{field}", joint, joints, "joint", values.report)
-        angles = ANGLES.get(joints[joint], 0) if known else 0
+        angles = JOINTS[joints[joint]].angles if known and joints[joint] else 0
         if known and joints[joint] and not angles:
             what = f"the joint {joint} is {joints[joint]} and has no angle"
             values.report.add(f"{key}.{field}", what, "a revolute joint")
@@ -78,7 +78,7 @@ def read_effort(name: str, effort: written.Effort, values: Values) -> Effort:
     key = key_of("efforts", name)
     if report.check_reference(f"{key}.joint", effort.joint, values.names.joints, "joint", values.report):
         kind = values.names.joints[effort.joint]
-        size = VELOCITY_SIZE.get(kind, math.inf)
+        size = JOINTS[kind].v_size if kind else math.inf
         if effort.index >= size:
             hint = f"an index from 0 to {size - 1}" if size else "a moving joint"
             values.report.add(f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index}", hint)

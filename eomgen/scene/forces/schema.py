@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE
-from eomgen.scene.joint_types import EFFORT_UNITS
+from eomgen.scene.joint_types import by_component
 from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import SixBySix, Triple, Value, Values
@@ -103,7 +103,7 @@ class Effort(Table):
     joint: str = key("what it drives", refers="joints")
     effort: Value = key(
         "positive drives the coordinate up",
-        unit={**EFFORT_UNITS, "spherical": "N m", "free": ("N m", "N m", "N m", "N", "N", "N")},
+        unit=by_component("N m", "N"),
         names=STATE,
     )
     index: Annotated[int, Field(ge=0, le=5)] = key(

@@ -16,7 +16,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
-from eomgen.scene.joint_types import CONFIGURATION_SIZE, VELOCITY_SIZE
+from eomgen.scene.joint_types import JOINTS
 from eomgen.text import is_legal, nearest, shown
 
 LARGEST_EXPONENT = 64.0
@@ -254,9 +254,9 @@ class _Reader:
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
         """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
         if kind in ("q", "v", "a"):
-            sizes = CONFIGURATION_SIZE if kind == "q" else VELOCITY_SIZE
-            elastic = self.names.beams.get(name) or None
-            return [*self.names.joints, *self.names.beams], sizes.get(self.names.joints.get(name, ""), elastic)
+            row = JOINTS.get(self.names.joints.get(name, ""))
+            size = (row.q_size if kind == "q" else row.v_size) if row else self.names.beams.get(name) or None
+            return [*self.names.joints, *self.names.beams], size
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
         if kind in ("length", "rate", "tension"):

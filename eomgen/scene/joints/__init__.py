@@ -2,4 +2,4 @@
 
 __all__ = ["constraint_model", "limit_warnings", "model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["constraints", "frame_schema", "frames", "mimics", "moved_inertia", "reading", "schema", "tree"]
+WITHIN = ["constraints", "displacement", "frame_schema", "frames", "mimics", "moved_inertia", "reading", "schema", "tree"]

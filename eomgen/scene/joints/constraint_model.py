@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.joint_types import ConstraintType
+from eomgen.scene.joint_types import TYPES, Connection, ConstraintType, JointType
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Constraint:
         ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on the first's xy plane
         without slip.
     drive : formula of t and parameters, or None
-        Prescribes the free displacement: angle of ``revolute``, travel of ``prismatic`` and ``cylindrical``.
+        Prescribes the free displacement: the angle or the travel that the type names.
     """
 
     name: str
-    type: ConstraintType
+    type: ConstraintType | JointType
     first: Frame
     second: Frame
     drive: Formula | None = None
@@ -50,3 +50,8 @@ class Constraint:
     radius: Formula = ZERO
     pitch: Formula = ZERO
     shape: Literal["disc", "sphere"] = "disc"
+
+    @property
+    def kind(self) -> Connection:
+        """What is known of its type."""
+        return TYPES[self.type]

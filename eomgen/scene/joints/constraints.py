@@ -10,28 +10,18 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import Point
 from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.frames import Need, check_two_bodies, read_frame
+from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.text import key_of
 
-#: What the equations of each type use of the first and the second frame, besides the origin.
-AXES: Mapping[str, tuple[Need, Need]] = {
-    "spherical": ("nothing", "nothing"), "distance": ("nothing", "nothing"), "revolute": ("z", "z"), "cylindrical": ("z", "z"),
-    "planar": ("z", "z"), "point_on_line": ("z", "nothing"), "rolling": ("z", "z"), "universal": ("x and z", "x and z"),
-    "prismatic": ("x and z", "x and z"), "helical": ("x and z", "x and z"), "fixed": ("any", "any"),
-}  # fmt: skip
-
-#: The types that each further key belongs to; ``length``, ``radius`` and ``pitch`` are needed there.
-KEYS: Mapping[str, tuple[str, ...]] = {
-    "drive": ("revolute", "prismatic", "cylindrical"), "length": ("distance",), "radius": ("rolling",), "shape": ("rolling",),
-    "pitch": ("helical",),
-}  # fmt: skip
-
+#: Keys of some types only, in the order in which they are looked at.
+_KEYS = ("drive", "length", "radius", "shape", "pitch")
 _EXAMPLES = {"length": "1.0", "radius": "1.0", "pitch": "0.01"}
 
 
@@ -40,8 +30,8 @@ def read_constraint(
 ) -> Constraint:
     """Return a checked constraint; what is wrong with it goes to the report of ``values``."""
     key = key_of("constraints", name)
-    for field, types in KEYS.items():
-        given = getattr(entry, field) is not None
+    for field in _KEYS:
+        given, types = getattr(entry, field) is not None, [row.name for row in TYPES.values() if field in row.constraint_keys]
         if given and entry.type not in types:
             values.report.add(f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}")
         elif not given and entry.type in types and field in _EXAMPLES:
@@ -72,11 +62,11 @@ def _drive(key: str, drive: float | str | None, values: Values) -> Formula | Non
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:
-    if entry.type == "revolute" and entry.drive is not None:
+    if CONSTRAINTS[entry.type].drive == "angle" and entry.drive is not None:
         return "x and z", "x and z"
-    if entry.type == "rolling" and entry.shape == "sphere":
+    if entry.shape == "sphere" and "shape" in CONSTRAINTS[entry.type].keys:
         return "z", "nothing"
-    return AXES[entry.type]
+    return CONSTRAINTS[entry.type].uses
 
 
 def _number(key: str, value: float | str | None, values: Values) -> Formula:
@@ -84,7 +74,7 @@ def _number(key: str, value: float | str | None, values: Values) -> Formula:
 
 
 def _kind(entry: written.Constraint) -> str:
-    return f"driven {entry.type}" if entry.drive is not None and entry.type in KEYS["drive"] else entry.type
+    return f"driven {entry.type}" if entry.drive is not None and CONSTRAINTS[entry.type].drive else entry.type
 
 
 def check_closings(

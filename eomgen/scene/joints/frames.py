@@ -7,21 +7,18 @@ Two axes say nothing about the angle between two bodies. So where that angle mat
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Literal
 
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.bodies.model import BASE, WORLD, Point
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
+from eomgen.scene.joint_types import Need
 from eomgen.scene.joints import frame_schema as written
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of, listed
-
-#: What is used of a frame besides its origin; "any" takes the body's own axes where nothing is said.
-Need = Literal["nothing", "z", "x and z", "any"]
 
 
 def read_frame(
@@ -102,7 +99,7 @@ def check_two_bodies(
     """
     host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:
-        rigid = joint.type == "fixed" and joint.parent not in beams and joint.child not in beams
+        rigid = not joint.kind.moves and joint.parent not in beams and joint.child not in beams
         host[joint.child] = host.get(joint.parent, joint.parent) if rigid else joint.child
     one, other = first.body, second.body
     if one not in beams and one in host and other in host and host[one] == host[other]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from eomgen.formula.nodes import Formula
-from eomgen.scene.joint_types import COORDINATES
 from eomgen.scene.joints.model import Joint
 
 #: Penetration that is taken for rounding, in parts of the limit and of 1 rad or 1 m.
@@ -20,11 +19,12 @@ def beyond_limits(joint: Joint, positions: Sequence[float], value: Callable[[For
     positions : coordinates of the joint, rad or m
     value : gives what a formula of parameters comes to
     """
-    if joint.type not in COORDINATES or len(positions) != len(COORDINATES[joint.type]):
+    coordinates = list(joint.kind.coordinates.items())
+    if len(positions) != len(coordinates):
         return []
     sentences = []
     for stop in joint.stops:
-        meaning, unit = list(COORDINATES[joint.type].items())[stop.index]
+        meaning, unit = coordinates[stop.index]
         what = "" if len(positions) == 1 else f"the {meaning} of "
         position = positions[stop.index]
         for side, bound, sign in (("lower", stop.lower, -1.0), ("upper", stop.upper, 1.0)):

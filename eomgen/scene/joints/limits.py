@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.joint_types import COORDINATES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Friction, Stop
 from eomgen.scene.reading.requirements import RELATIONS
@@ -22,7 +22,7 @@ class _Coordinates:
 
     def __init__(self, key: str, kind: str, values: Values) -> None:
         self.key, self.kind, self.values = key, kind, values
-        self.meanings = tuple(COORDINATES[kind])
+        self.meanings = tuple(JOINTS[kind].coordinates)
 
     def place(self, field: str, index: int) -> str:
         return f"{self.key}.{field}" if len(self.meanings) == 1 else f"{self.key}.{field}[{index}]"
@@ -57,7 +57,7 @@ def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ..
     limits, key = joint.limits, f"{key}.limits"
     if limits is None or not _has_coordinates(key, joint, "limits", values):
         return ()
-    each, units = _Coordinates(key, joint.type, values), tuple(COORDINATES[joint.type].values())
+    each, units = _Coordinates(key, joint.type, values), tuple(JOINTS[joint.type].coordinates.values())
     lowers, uppers = each.bounds("lower", limits.lower), each.bounds("upper", limits.upper)
     if not values.report.concerns(key) and not any(bound is not None for bound in (*lowers, *uppers)):
         values.report.add(key, "limits need lower, upper or both", "lower = -1.0, upper = 1.0")
@@ -100,6 +100,7 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
 
 
 def _has_coordinates(key: str, joint: written.Joint, what: str, values: Values) -> bool:
-    if joint.type not in COORDINATES:
+    found = bool(JOINTS[joint.type].coordinates)
+    if not found:
         values.report.add(key, f"a {joint.type} joint has no {what}", "a bushing, an effort or a force")
-    return joint.type in COORDINATES
+    return found

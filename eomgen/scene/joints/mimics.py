@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from eomgen.scene.joint_types import SIZES
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of, listed, nearest, shown
@@ -34,7 +33,7 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
             report.add(f"{key}.joint", f"there is no joint {shown(joint.mimic.joint)}", nearest(joint.mimic.joint, joints))
             continue
         first = joints[joint.mimic.joint]
-        if SIZES[first.type] != (1, 1):
-            count = SIZES[first.type][1] or "no"
+        if first.kind.v_size != 1:
+            count = first.kind.v_size or "no"
             what = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
             report.add(f"{key}.joint", what, "a revolute, prismatic or helical joint")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
-from eomgen.scene.joint_types import SIZES, JointType
+from eomgen.scene.joint_types import JOINTS, Connection, JointType
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,19 @@ class Joint:
     pitch: Formula = ZERO
     mimic: Mimic | None = None
 
+    @property
+    def kind(self) -> Connection:
+        """What is known of its type."""
+        return JOINTS[self.type]
+
     def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
         """Return coefficients as one formula for each coordinate."""
-        return coefficients if isinstance(coefficients, tuple) else (coefficients,) * SIZES[self.type][1]
+        return coefficients if isinstance(coefficients, tuple) else (coefficients,) * self.kind.v_size
+
+    def lengths(self) -> tuple[Formula, ...]:
+        """Return rests and ends of the range of what travels in it, m."""
+        if not self.kind.coordinates:
+            return ()
+        first = self.kind.angles
+        ends = [end for stop in self.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None]
+        return (*self.each(self.rest)[first:], *ends)

@@ -11,6 +11,7 @@ from eomgen.arrays import Array
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.geometry.inertia import NO_INERTIA, Flags, Numbers, singular
+from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of
@@ -116,7 +117,7 @@ class Movable:
 
     Attributes
     ----------
-    type : of the joint; ``free`` in absolute coordinates
+    kind : of the joint; free in absolute coordinates
     axes : (3, 3), axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the third of the
         frame, in the joint's frame, row by row
     parts : of the assembly
@@ -125,7 +126,7 @@ class Movable:
     words, hint : what is wrong, with ``{}`` for the cause, and what to try
     """
 
-    type: str
+    kind: Connection
     axes: Array
     parts: tuple[Part, ...]
     rotors: tuple[int, ...]
@@ -144,33 +145,35 @@ class Movable:
         for number in (*(entry for body in bodies for entry in body.inertia), *rotors):
             nothing = nothing & np.equal(number, 0.0)
         causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
-        axis, second, third = self.axes.tolist()
+        axis, second, _ = self.axes.tolist()
         about_axis = _dot(axis, _times(about_origin, axis)) + rotors[0]
         none: Flags
-        if self.type in ("revolute", "helical", "cylindrical"):
-            pitch = numbers[self.pitch] if self.type == "helical" else 0.0
+        turns, travels = len(self.kind.turned_about), self.kind.travels
+        across = bool(turns and travels) and AXIS not in travels
+        if turns == 1 and not across:
+            pitch = numbers[self.pitch] if self.kind.has("screw") else 0.0
             none = about_axis + mass * pitch * pitch <= NO_INERTIA * (about_origin[0] + about_origin[1] + about_origin[2])
             causes.append((none, "what it carries has no inertia about its axis"))
-        if self.type in ("prismatic", "cylindrical"):
+        if travels and not across:
             causes.append((mass + rotors[-1] == 0.0, "what it carries has no mass"))
-        if self.type == "universal":
+        if turns == 2:
             about_second = _dot(second, _times(about_origin, second)) + rotors[1]
             mean, coupling = 0.5 * (about_axis + about_second), _dot(axis, _times(about_origin, second))
             radius = np.hypot(0.5 * (about_axis - about_second), coupling)
             none = mean - radius <= NO_INERTIA * (mean + radius)
             causes.append((none, "what it carries lacks inertia about two axes through its centre"))
-        if self.type == "planar":
+        if across:
             moment = _first_moment(bodies)
-            couplings = _dot(np.cross(second, axis).tolist(), moment), _dot(np.cross(third, axis).tolist(), moment)
-            scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in (about_axis, mass + rotors[1], mass + rotors[2])]
-            numbers = [  # moments and masses are compared by no unit: each row and column by the root of its diagonal
-                np.greater(x, 0.0) + 0.0 for x in (about_axis, mass + rotors[1], mass + rotors[2])
-            ] + [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=True)]  # fmt: skip
-            none = singular((*numbers, 0.0))
+            couplings = [_dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
+            diagonal = [about_axis, *(mass + rotor for rotor in rotors[1:]), 1.0][:3]
+            scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
+            # moments and masses are compared by no unit: each row and column by the root of its diagonal
+            scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
+            none = singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
             causes.append((none, "what it carries lacks inertia about its normal, or mass"))
-        if self.type == "spherical":
+        if self.kind.has("ball"):
             causes.append((singular(about_origin), "what it carries has no inertia about some axis through its centre"))
-        if self.type == "free":
+        if self.kind.has("free"):
             divisor = mass + np.equal(mass, 0.0)
             center = [part / divisor for part in _first_moment(bodies)]
             none = np.logical_or(np.equal(mass, 0.0), singular(_about(center, bodies)))
@@ -258,19 +261,19 @@ def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
     joints : sequence of Joint
         Parents first.
     """
-    if all(joint.type == "fixed" and bodies[joint.child].beam is None for joint in joints):
+    if not any(joint.kind.moves or bodies[joint.child].beam is not None for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
     _check_led(joints, bodies, values)
     followers = _followers(joints)
-    assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.type != "fixed"}
+    assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
     host = {child: child for child in assemblies}
     for joint in joints:
-        if joint.type == "fixed" and joint.parent in host:
+        if not joint.kind.moves and joint.parent in host:
             host[joint.child] = host[joint.parent]
             assemblies[host[joint.child]].append(joint)
-    carrying = {host[joint.parent] for joint in joints if joint.type != "fixed" and joint.parent in host}
+    carrying = {host[joint.parent] for joint in joints if joint.kind.moves and joint.parent in host}
     for joint in joints:
-        if joint.type == "fixed" or values.report.concerns(key_of("joints", joint.name)):
+        if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
             continue
         if not absolute and (joint.child in carrying or joint.mimic is not None):
             continue
@@ -288,10 +291,12 @@ def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
         rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
             words = f"in absolute coordinates the body {joint.child} moves on its own, and {{}}"
-            key, kind, hint = key_of("bodies", joint.child), "free", _ABSOLUTE_HINT
+            key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
         else:
             words = f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be singular"
-            key, kind, hint = key_of("joints", joint.name), joint.type, _moving_hint(joint, bodies[joint.child])
+            key, kind, hint = key_of("joints", joint.name), joint.kind, joint.kind.light.format(joint.child)
+            if bodies[joint.child].beam is not None:
+                hint = "polar_inertia for the beam, or another joint"
             rotors = places.put_each(joint.each(joint.rotor_inertia))
             led = places.put_each([item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None])
         rule = Movable(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
@@ -299,16 +304,6 @@ def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
 
 
 _ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"
-
-
-def _moving_hint(joint: Joint, body: Body) -> str:
-    if body.beam is not None:
-        return "polar_inertia for the beam, or another joint"
-    if joint.type == "free":
-        return f"mass and inertia = [xx, yy, zz] for the body {joint.child}, or three prismatic joints for a point mass"
-    if joint.type == "spherical":
-        return f"inertia = [xx, yy, zz] for the body {joint.child}, or two revolute joints for what has no size"
-    return f"mass or inertia for the body {joint.child}, rotor_inertia, or a fixed joint (URDF: lock)"
 
 
 def _directions(joint: Joint) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.formula.nodes import Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
-from eomgen.scene.joint_types import CONFIGURATION_SIZE, COORDINATES, VELOCITY_SIZE
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.limits import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
@@ -20,13 +20,10 @@ from eomgen.text import key_of, shown
 Direction = tuple[float, float, float]
 _NEUTRAL = (1.0, 0.0, 0.0, 0.0)
 _QUATERNION_TOLERANCE = 1e-6
-_VELOCITY_MEANING = {
-    "spherical": " (angular velocity, body axes)", "free": " (angular, then linear velocity, body axes)",
-}  # fmt: skip
-#: Joints whose coordinates are plain numbers, with the meaning of each.
-_MEANING = {kind: tuple(coordinates) for kind, coordinates in COORDINATES.items()}
-#: The joints that each further key belongs to; planar joints may have an x_axis, the others need what is theirs.
-_KEYS = {"second_axis": ("universal",), "x_axis": ("planar",), "pitch": ("helical",)}
+#: What the velocity is, by group.
+_VELOCITY_MEANING = {"SO3": " (angular velocity, body axes)", "SE3": " (angular, then linear velocity, body axes)"}
+#: Keys of some types only, each with what an example needs.
+_KEYS = {"second_axis": "[0, 1, 0]", "x_axis": "", "pitch": "0.01, in m/rad"}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
 _PERPENDICULAR = 1e-6
 
@@ -60,27 +57,28 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
 
 def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
     """Return the axis and the direction across it, the joint's own or those of its type that need not be written."""
-    report = values.report
-    if joint.type in _MEANING and joint.axis is None:
+    report, kind = values.report, JOINTS[joint.type]
+    if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
-    elif joint.type not in _MEANING and joint.axis is not None:
+    elif not kind.coordinates and joint.axis is not None:
         report.add(f"{key}.axis", f"a {joint.type} joint has no axis", "rotation, for its placement")
-    for field, types in _KEYS.items():
+    for field, example in _KEYS.items():
         given = getattr(joint, field) is not None
-        if given and joint.type not in types:
-            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field}", f"type = {types[0]}")
-        elif not given and joint.type in types and field != "x_axis":
-            example = "0.01, in m/rad" if field == "pitch" else "[0, 1, 0]"
+        if given and field not in (kind.second_key, *kind.needed):
+            first = next(row.name for row in JOINTS.values() if field in (row.second_key, *row.needed))
+            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field}", f"type = {first}")
+        elif not given and field in kind.needed:
             report.add(key, f"a {joint.type} joint needs a {field}", f"{field} = {example}")
     neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-    axis = None if joint.axis is None or joint.type not in _MEANING else values.axis(f"{key}.axis", joint.axis)
+    axis = None if joint.axis is None or not kind.coordinates else values.axis(f"{key}.axis", joint.axis)
     if axis is None:
         return neutral
-    field, written_second = ("second_axis", joint.second_axis) if joint.type == "universal" else ("x_axis", joint.x_axis)
+    field, required = kind.second_key or "x_axis", kind.second_key == "second_axis"
+    written_second = getattr(joint, field)
     second = None if written_second is None else values.axis(f"{key}.{field}", written_second)
-    if second is not None and joint.type == "universal" and abs(float(axis @ second)) > _PERPENDICULAR:
+    if second is not None and required and abs(float(axis @ second)) > _PERPENDICULAR:
         included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
-        what = f"the axes of a universal joint are perpendicular, and these include {included:.6g} degrees"
+        what = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees"
         report.add(f"{key}.second_axis", what, "second_axis across axis, or two revolute joints with a body in between")
         return neutral
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
@@ -93,7 +91,7 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
 def _coefficients(key: str, field: str, joint: written.Joint, values: Values) -> Coefficients:
     """Return what a joint has in each coordinate; one formula where there is one coordinate."""
     given: tuple[float | str, ...] | None = getattr(joint, field)
-    place, meaning = f"{key}.{field}", _MEANING.get(joint.type, ())
+    place, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
     if given is None:
         return Number(0.0)
     if not meaning:
@@ -111,8 +109,8 @@ def _coefficients(key: str, field: str, joint: written.Joint, values: Values) ->
 def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
     if joint.mimic is None:
         return None
-    if VELOCITY_SIZE[joint.type] != 1:
-        what = f"a {joint.type} joint cannot follow another: it has {VELOCITY_SIZE[joint.type] or 'no'} coordinates"
+    if (size := JOINTS[joint.type].v_size) != 1:
+        what = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates"
         values.report.add(f"{key}.mimic", what, "a joint with one coordinate")
     for field in ("position", "orientation", "rotation", "velocity"):
         if getattr(joint.initial, field) is not None:
@@ -147,18 +145,19 @@ def _known(key: str, given: Sequence[float | str] | None, count: int, what: str,
 
 
 def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
-    initial, place, size = joint.initial, f"{key}.initial", CONFIGURATION_SIZE[joint.type]
-    for field, types in (("orientation", ("free",)), ("rotation", ("spherical", "free"))):
-        if getattr(initial, field) is not None and joint.type not in types:
-            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field}", "position")
-    if joint.type == "fixed" or joint.type in _MEANING:
-        if joint.type == "fixed" and initial.position is not None:
-            values.report.add(f"{place}.position", "a fixed joint has no initial position", "")
-            return ()
-        return tuple(_known(f"{place}.position", initial.position, size, f"a {joint.type} joint", values) or [0.0] * size)
-    if joint.type == "spherical":
+    initial, place, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
+    for field in ("orientation", "rotation", "position"):
+        if getattr(initial, field) is not None and field not in kind.starts:
+            hint = "" if field == "position" else "position"
+            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field}", hint)
+    if not kind.moves:
+        return ()
+    if kind.group == "R":
+        given = _known(f"{place}.position", initial.position, kind.q_size, f"a {joint.type} joint", values)
+        return tuple(given or [0.0] * kind.q_size)
+    if kind.group == "SO3":
         return _quaternion(place, "position", initial.position, initial, values)
-    position = _known(f"{place}.position", initial.position, 3, "the position of a free joint", values) or [0.0] * 3
+    position = _known(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
     return (*_quaternion(place, "orientation", initial.orientation, initial, values), *position)
 
 
@@ -182,6 +181,6 @@ def _quaternion(
 
 
 def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
-    size = VELOCITY_SIZE[joint.type]
-    what = f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(joint.type, '')}"
+    kind = JOINTS[joint.type]
+    size, what = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
     return tuple(_known(f"{key}.initial.velocity", joint.initial.velocity, size, what, values) or [0.0] * size)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
-from eomgen.scene.joint_types import EFFORT_UNITS, ConstraintType, JointType, by_coordinate
+from eomgen.scene.joint_types import CONSTRAINTS, DRIVE_UNITS, JOINTS, ConstraintType, JointType, by_component, by_coordinate
 from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
@@ -13,7 +13,7 @@ from eomgen.scene.reading.rotation_schema import Rotations
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")
-_RATE = by_coordinate("rad/s", "m/s")
+_RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 
 
 class Limits(Table):
@@ -37,16 +37,16 @@ class Limits(Table):
 class Friction(Table):
     """Dry friction of a joint's coordinates."""
 
-    coulomb: Values = key("level of the friction", unit=EFFORT_UNITS, names=PARAMETERS)
+    coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
     velocity: Values = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
-    static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=EFFORT_UNITS, names=PARAMETERS)
+    static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=_EFFORT, names=PARAMETERS)
     stribeck: Values | None = key(
         "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
     )
 
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_COORDINATE = {**by_coordinate("rad", "m"), "free": "m"}
+_POSITION = by_coordinate("rad", "m") | {name: "m" for name, row in JOINTS.items() if row.group == "SE3"}
 
 
 class Initial(Table):
@@ -55,7 +55,7 @@ class Initial(Table):
     position: Values | None = key(
         "the coordinates, angles first; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
         None,
-        unit=_COORDINATE,
+        unit=_POSITION,
         names=FIXED_PARAMETERS,
         shown_default="zeros",
     )
@@ -70,11 +70,7 @@ class Initial(Table):
     velocity: Values | None = key(
         "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
         None,
-        unit={
-            **by_coordinate("rad/s", "m/s"),
-            "spherical": "rad/s",
-            "free": ("rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"),
-        },
+        unit=by_component("rad/s", "m/s"),
         names=FIXED_PARAMETERS,
         shown_default="zeros",
     )
@@ -165,7 +161,7 @@ class Constraint(Table):
     drive: Value | None = key(
         "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
         None,
-        unit={"revolute": "rad", "prismatic": "m", "cylindrical": "m"},
+        unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
         names=TIME,
     )
     length: Value | None = key("between the origins", None, unit="m", names=PARAMETERS, shown_default="required for `distance`")

@@ -13,8 +13,8 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import Inertia
-from eomgen.scene.geometry.rotations import about_axis, of_quaternion
-from eomgen.scene.joint_types import SIZES
+from eomgen.scene.joint_types import GROUPS
+from eomgen.scene.joints.displacement import cross_matrix, displaced, twist_transform
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following
 from eomgen.scene.reading.values import Values
@@ -60,7 +60,7 @@ def _motions(joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections:
         rotation, shift, S = _moved(joint, values, rng)
         position = np.array([values.value(entry) for entry in joint.position]) + np.array(joint.orientation) @ shift
         inertia, body = articulated[joint.child], joint.child
-        X = _twist_transform(np.array(joint.orientation) @ rotation, position)
+        X = twist_transform(np.array(joint.orientation) @ rotation, position)
         if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
             return []  # said elsewhere
         answer = np.zeros((S.shape[1], 6))
@@ -101,50 +101,14 @@ def _spatial(inertia: Inertia | None, section: str) -> Array:
     """Return a (6, 6) inertia about the frame's origin, angular part first; of what is not known one that resists everything."""
     if inertia is None or section == "beams":
         return np.eye(6)
-    arm = _cross(inertia.mass * inertia.center)
+    arm = cross_matrix(inertia.mass * inertia.center)
     return np.block([[inertia.about_origin(), arm], [arm.T, inertia.mass * np.eye(3)]])
-
-
-def _cross(vector: Array) -> Array:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
-def _twist_transform(rotation: Array, position: Array) -> Array:
-    """Return what makes of a body's twist that of a frame placed on it, each in its own axes."""
-    R = rotation.T
-    return np.block([[R, np.zeros((3, 3))], [-R @ _cross(position), R]])
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:
     """Return rotation and shift of a joint at an arbitrary position, and its motion subspace (6, n) in the child's axes."""
-    axis, second = np.array(joint.axis), np.array(joint.second_axis)
-    third, none = np.cross(axis, second), np.zeros(3)
-    first_angle, second_angle, *travels = rng.uniform(0.3, 1.2, 5)
-    first, other = about_axis(axis, first_angle), about_axis(second, second_angle)
-    match joint.type:
-        case "fixed":
-            return np.eye(3), none, np.zeros((6, 0))
-        case "prismatic":
-            return np.eye(3), travels[0] * axis, _columns((none, axis))
-        case "revolute":
-            return first, none, _columns((axis, none))
-        case "helical":
-            pitch = values.value(joint.pitch)
-            return first, first_angle * pitch * axis, _columns((axis, pitch * axis))
-        case "cylindrical":
-            return first, travels[0] * axis, _columns((axis, none), (none, axis))
-        case "universal":
-            return first @ other, none, _columns((other.T @ axis, none), (second, none))
-        case "planar":
-            across = (none, first.T @ second), (none, first.T @ third)
-            return first, travels[0] * second + travels[1] * third, _columns((axis, none), *across)
-        case _:
-            quaternion = rng.normal(size=4)
-            turned = of_quaternion(*(quaternion / np.linalg.norm(quaternion)).tolist())
-            shift = np.array(travels) if joint.type == "free" else none
-            return turned, shift, np.eye(6)[:, : SIZES[joint.type][1]]
-
-
-def _columns(*twists: tuple[Array, Array]) -> Array:
-    return np.column_stack([np.concatenate(twist) for twist in twists])
+    q = rng.uniform(0.3, 1.2, joint.kind.q_size)
+    if joint.kind.group in GROUPS.values():
+        q[:4] = rng.normal(size=4)
+        q[:4] /= np.linalg.norm(q[:4])
+    return displaced(joint.kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))

@@ -15,7 +15,9 @@ from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.geometry.inertia import Inertia, combined
-from eomgen.scene.geometry.rotations import about_axis, rows, snapped_rotation, unit_axis
+from eomgen.scene.geometry.rotations import rows, snapped_rotation, unit_axis
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
 from eomgen.scene.sources.urdf.mimics import held_and_following
@@ -184,9 +186,9 @@ class _Merger:
             self.places[joint.child] = _Place(self.body_name(joint.child), np.eye(3), np.zeros(3))
             entry: dict[str, Any] = {"type": joint.type, "parent": parent.body, "child": self.places[joint.child].body}
             entry |= {"position": position.tolist(), "orientation": [list(row) for row in rows(orientation)]}
-            if joint.type != "free":
+            if JOINTS[joint.type].coordinates:
                 entry["axis"] = list(joint.axis)
-            if joint.type in ("revolute", "prismatic"):
+            if joint.unit:
                 entry["damping"] = joint.damping
             elif joint.damping:
                 self.robot.left_out.setdefault(f"damping of a {joint.written_type} joint", []).append(joint.name)
@@ -238,27 +240,28 @@ def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
     axis = unit_axis(joint.axis) if value != 0.0 else None
     if axis is None:
         return np.eye(3), np.zeros(3)
-    return (about_axis(axis, value), np.zeros(3)) if joint.type == "revolute" else (np.eye(3), value * axis)
+    return displaced(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
 
 
-GIVE = {"revolute": 0.01, "prismatic": 0.001}  # rad, m
+#: By unit of the coordinate, rad or m.
+GIVE = {"rad": 0.01, "m": 0.001}
+STICKING = {"rad": 0.01, "m": 0.001}  # per second
 DAMPING_TIME = 0.01  # s
-STICKING = {"revolute": 0.01, "prismatic": 0.001}  # rad/s, m/s
 
 
 def stops_of(joint: Joint) -> dict[str, Any] | None:
     """Return the ``limits`` of a joint; None where the file gives no range, or no effort to measure a stop by."""
     limit = joint.limit
-    if joint.type not in GIVE or joint.written_type == "continuous" or limit is None:
+    if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
         return None
     if not limit.lower < limit.upper or limit.effort <= 0.0:
         return None
-    stiffness = limit.effort / GIVE[joint.type]
+    stiffness = limit.effort / GIVE[joint.unit]
     return {"lower": limit.lower, "upper": limit.upper, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
 
 
 def friction_of(joint: Joint) -> dict[str, Any] | None:
     """Return the ``friction`` of a joint; None where the file gives none, or a negative one, or several coordinates."""
-    if joint.type not in STICKING or joint.friction <= 0.0:
+    if joint.unit not in STICKING or joint.friction <= 0.0:
         return None
-    return {"coulomb": joint.friction, "velocity": STICKING[joint.type]}
+    return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

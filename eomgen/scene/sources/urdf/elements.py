@@ -16,14 +16,13 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.geometry.rotations import SNAP, of_quaternion, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
 from eomgen.text import NAME_LENGTH, is_legal, nearest, shown
 
-JOINT_TYPES = {
-    "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed", "floating": "free",
-    "planar": "planar",
-}  # fmt: skip
+#: Types of joints by their names in the format.
+JOINT_TYPES = {name: row.name for row in JOINTS.values() for name in row.urdf}
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
@@ -82,9 +81,17 @@ class Joint:
     limit: Limit | None = None
     friction: float = 0.0
 
+    @property
+    def components(self) -> int:
+        """Number of velocity components; one where the type is not known."""
+        return JOINTS[self.type].v_size if self.type else 1
 
-#: What joints of some types have no use for.
-_WITHOUT_EFFECT = {"fixed": ("axis", "dynamics", "limit", "mimic"), "floating": ("axis",)}
+    @property
+    def unit(self) -> str:
+        """Unit of the one coordinate, rad or m; empty where there is not one."""
+        return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
+
+
 #: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
 NEARLY = 1e-3
 
@@ -280,7 +287,9 @@ class _Reader:
             self.out.nearly_right[name] = nearly
         elif was_snapped:
             self.out.snapped.append(name)
-        for tag in _WITHOUT_EFFECT.get(written, ()):
+        kind = JOINTS.get(JOINT_TYPES.get(written, ""))
+        without_effect = ("axis",) if kind and kind.moves else ("axis", "dynamics", "limit", "mimic")
+        for tag in without_effect if kind and not kind.coordinates else ():
             if element.first(tag) is not None:
                 self.out.without_effect.setdefault(tag, []).append(name)
         dynamics = element.first("dynamics")
@@ -289,7 +298,7 @@ class _Reader:
         return Joint(
             name=name,
             line=element.line,
-            type=JOINT_TYPES.get(written, ""),
+            type=kind.name if kind else "",
             parent=self.end(element, "parent", key),
             child=self.end(element, "child", key),
             orientation=orientation,

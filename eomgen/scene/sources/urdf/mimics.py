@@ -11,15 +11,13 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.elements import Robot
 from eomgen.text import listed, nearest, shown
 
-_ONE_COORDINATE = ("revolute", "prismatic")
-
 
 def held_and_following(robot: Robot, locked: Collection[str], report: Report) -> tuple[dict[str, float], dict[str, str]]:
     """Return the joints that are held, with their coordinates, and for each joint that follows another its leader.
 
     What is wrong goes to the report: leaders that are not there or have not one coordinate, and circles.
     """
-    held = {joint.name: 0.0 for joint in robot.joints.values() if joint.type == "fixed" or joint.name in locked}
+    held = {joint.name: 0.0 for joint in robot.joints.values() if not joint.components or joint.name in locked}
     leaders: dict[str, str] = {}
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     for joint in robot.joints.values():
@@ -32,7 +30,7 @@ def held_and_following(robot: Robot, locked: Collection[str], report: Report) ->
             continue
         leader = robot.joints[by_written[joint.mimic.joint]]
         for role, one in (("mimic another", joint), ("be mimicked", leader)):
-            if one.type not in (*_ONE_COORDINATE, "fixed", ""):
+            if one.components > 1:
                 what = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
                 report.add_at(joint.mimic.line, key, what, "a revolute, continuous or prismatic joint")
         leaders[joint.name] = leader.name

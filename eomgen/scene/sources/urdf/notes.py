@@ -59,7 +59,7 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
 
 def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
     """Return what became of the joints that mimic others."""
-    resting = [name for name in held if name not in locked and robot.joints[name].type != "fixed"]
+    resting = [name for name in held if name not in locked and robot.joints[name].components]
     notes = []
     if resting:
         notes.append(f"joints held where those that they mimic are held: {listed(resting)}")
