@@ -314,10 +314,10 @@ def test_the_unit_of_a_coordinate_depends_on_the_joint() -> None:
 @pytest.mark.parametrize("kind", [kind for kind, row in JOINTS.items() if row.moves])
 def test_an_effort_has_the_unit_of_its_component(kind: str) -> None:
     """Moments come first, forces behind; an effort that does not say its component acts on the first."""
-    size = JOINTS[kind].v_size
-    turning = {"spherical": 3, "free": 3}.get(kind, JOINTS[kind].angles)
-    keys = "" if kind in ("spherical", "free") else "axis = [0, 1, 0]\n"
-    keys += {"universal": "second_axis = [1, 0, 0]\n", "helical": "pitch = 0.1\n"}.get(kind, "")
+    row = JOINTS[kind]
+    size, turning = row.v_size, row.units.count("rad")
+    own = {"axis": "[0, 1, 0]", "second_axis": "[1, 0, 0]", "pitch": "0.1"}
+    keys = "".join(f"{key} = {own[key]}\n" for key in (*("axis",) * bool(row.coordinates), *row.needed))
     text = replaced('"revolute"', f'"{kind}"').replace("axis = [0, 1, 0]\n", keys)
     effort = "[efforts.push]\njoint = 'hinge'\neffort = '3 {}'\n{}"
     for index in (None, *range(size)):
