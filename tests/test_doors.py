@@ -26,6 +26,7 @@ DOORS: dict[str, set[str]] = {
     "errors": set(),
     "text": set(),
     "calls": {"errors", "system.terms", "text"},
+    "extensions": {"errors", "text"},
     "files": {"arrays", "errors"},
     "resources": {"errors"},
     # arrays and C alone
@@ -39,7 +40,7 @@ DOORS: dict[str, set[str]] = {
     "formula": {"arrays", "errors", "symbolic"},
     "units": {"errors", "formula.words", "text"},
     "system": {"calls", "errors", "symbolic", "text"},
-    "scene": {"arrays", "calls", "errors", "formula", "system.terms", "text", "units"},
+    "scene": {"arrays", "calls", "errors", "extensions", "formula", "system.terms", "text", "units"},
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
     "codegen": {"errors", "integrators", "resources", "symbolic", "system", "version"},
@@ -142,7 +143,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.sources": "most scenes include nothing, and are no URDF",
     },
-    "scene.sources.include": {"scene.sources.urdf": "most scenes include no URDF"},
+    "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "simulation.settings": {"formula.jumps": "it evaluates on the tape; most scenes prescribe smooth motions"},
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.simulate": {"analysis.linearize": "SciPy; only linear models about motions need it"},

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from eomgen.errors import Problem, UsageError
+from eomgen.scene.sources.register import all_options
+from eomgen.scene.sources.source import Option, Source
 from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
@@ -23,16 +25,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON i
 def scene_options(command: Command) -> Command:
     """Add the scene's path and how it is read."""
     for decorate in (
-        click.option("--lock", multiple=True, metavar="JOINT", help="URDF: hold this joint at zero; may be repeated."),
-        click.option("--friction", is_flag=True, help="URDF: take dry friction of joints, regularised."),
-        click.option("--limits", is_flag=True, help="URDF: turn limits of position into compliant stops."),
-        click.option(
-            "--root",
-            type=click.Choice(["fixed", "free"]),
-            default="fixed",
-            show_default=True,
-            help="URDF: how the root link is held.",
-        ),
+        *(_source_option(source, option) for source, option in all_options().values()),
         click.option(
             "--coordinates",
             type=click.Choice(["joint", "absolute"]),
@@ -44,6 +37,16 @@ def scene_options(command: Command) -> Command:
     ):
         command = decorate(command)
     return command
+
+
+def _source_option(source: Source, option: Option) -> Callable[[Command], Command]:
+    """Return the decorator that adds an option of a kind of file."""
+    name, text = f"--{option.name}", f"{source.name}: {option.description}."
+    if isinstance(option.default, bool):
+        return click.option(name, is_flag=True, help=text)
+    if isinstance(option.default, tuple):
+        return click.option(name, multiple=True, metavar=option.metavar, help=text)
+    return click.option(name, type=click.Choice(option.choices), default=option.default, show_default=True, help=text)
 
 
 def run_options(command: Command) -> Command:

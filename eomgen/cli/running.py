@@ -9,13 +9,14 @@ from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, in_units
 from eomgen.cli.printing import building, progress_bar
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.results.solution import Solution
     from eomgen.scene.scene import Scene
 
-_OF_SCENES = ("strict", "root", "lock", "limits", "friction", "coordinates")
+_OF_SCENES = ("strict", "coordinates", *all_options())
 #: Options of a run that may be given again where it goes on.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every")
 

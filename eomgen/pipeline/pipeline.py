@@ -17,6 +17,7 @@ from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
+from eomgen.scene.sources.register import checked_options
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
 from eomgen.version import __version__
@@ -39,14 +40,7 @@ Described = Scene | str | os.PathLike[str] | Mapping[str, Any]
 
 @checked_call('eomgen.load("scene.toml")')
 def load(
-    path: Described,
-    *,
-    strict: bool = False,
-    root: str = "fixed",
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
-    coordinates: Literal["joint", "absolute"] | None = None,
+    path: Described, *, strict: bool = False, coordinates: Literal["joint", "absolute"] | None = None, **options: Any
 ) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file, or from what such a file holds.
 
@@ -56,29 +50,23 @@ def load(
         A mapping holds what a scene file holds; a Scene is returned as it is.
     strict : bool
         Refuse what an importer would leave out with a note.
-    root : str
-        For URDF: whether the root link is ``fixed`` to the base or ``free``.
-    lock : sequence of str
-        For URDF: moving joints to be fixed at zero.
-    limits : bool
-        For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
-    friction : bool
-        For URDF: take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+    options
+        For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be fixed at
+        zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest efforts ask for;
+        ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
 
     Raises
     ------
     FileError, DescriptionError, UsageError
     """
-    if not isinstance(path, str | os.PathLike):
-        urdf = {"root": root != "fixed", "lock": bool(lock), "limits": limits, "friction": friction}
-        return _given_scene(path, [name for name, given in urdf.items() if given], coordinates)
     from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
-    return reader.load(
-        Path(path), strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
-    )
+    if isinstance(path, str | os.PathLike):
+        return reader.load(Path(path), strict=strict, coordinates=coordinates, **options)
+    checked_options(None, options)
+    return _given_scene(path, coordinates)
 
 
 @checked_call("a scene or the path of one")
@@ -241,21 +229,11 @@ def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[f
 
 def as_scene(scene: Described) -> Scene:
     """Return a scene as it is, read from a path, or made of nested data."""
-    return load(scene) if isinstance(scene, str | os.PathLike) else _given_scene(scene, [], None)
+    return load(scene) if isinstance(scene, str | os.PathLike) else _given_scene(scene, None)
 
 
-def _given_scene(
-    scene: Scene | Mapping[str, Any], urdf: Sequence[str], coordinates: Literal["joint", "absolute"] | None
-) -> Scene:
-    """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into.
-
-    Parameters
-    ----------
-    urdf : options of URDF files that were given
-    coordinates : as of ``load``
-    """
-    if urdf:
-        raise UsageError(Problem("load", f"{', '.join(urdf)}: for URDF files only", "the path of a .urdf file, or none of them"))
+def _given_scene(scene: Scene | Mapping[str, Any], coordinates: Literal["joint", "absolute"] | None) -> Scene:
+    """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into."""
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
             what = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"

@@ -1,4 +1,4 @@
-"""Scenes from files, TOML and URDF, and from data of the same form."""
+"""Scenes from files of every kind, and from data of the form of a scene file."""
 
 from __future__ import annotations
 
@@ -10,39 +10,29 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
+from eomgen.scene.sources.register import checked_options, readable, source_of
+from eomgen.scene.sources.source import Read
 from eomgen.scene.sources.text import read_text, shown_file
-from eomgen.scene.sources.toml import toml_data
+from eomgen.scene.sources.toml import TOML
+from eomgen.scene.sources.urdf.source import URDF
 from eomgen.text import shown
 
 
 def load(
-    path: str | Path,
-    *,
-    strict: bool = False,
-    root: str = "fixed",
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
-    coordinates: Literal["joint", "absolute"] | None = None,
+    path: str | Path, *, strict: bool = False, coordinates: Literal["joint", "absolute"] | None = None, **options: Any
 ) -> Scene:
-    """Read a scene from a ``.toml`` or ``.urdf`` file.
+    """Read a scene from a file of any kind in the register of sources.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        The file; its ending says the kind.
     strict : bool
         Refuse what an importer would leave out with a note.
-    root : str
-        For URDF: whether the root link is ``fixed`` to the base or ``free``.
-    lock : sequence of str
-        For URDF: moving joints to be fixed at zero.
-    limits : bool
-        For URDF: turn limits of position into compliant stops, as hard as the joints' largest efforts ask for.
-    friction : bool
-        For URDF: take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+    options
+        Of the source: for URDF ``root``, ``lock``, ``limits`` and ``friction``.
 
     Raises
     ------
@@ -54,19 +44,14 @@ def load(
         If the kind of file is not known, or an option does not fit it.
     """
     path = Path(path)
-    kind = path.suffix.lower()
-    if kind not in (".toml", ".urdf", ".xml"):
-        hint = "xacro first, to make a .urdf of it" if kind == ".xacro" else "a .toml scene or a .urdf file"
-        raise UsageError(f"{str(path)!a} is not a kind of file that can be read", hint)
-    if kind == ".toml" and (root != "fixed" or lock or limits or friction):
-        raise UsageError("root, lock, limits and friction are for URDF only", "keys of the joint in the scene file")
+    source = source_of(path)
+    if source is None:
+        raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
+    told = checked_options(source, options)
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
-    text, file = read_text(path), shown_file(path)
-    if kind == ".toml":
-        return load_toml(text, file=file, coordinates=coordinates, folder=path.parent)
-    asked: dict[str, Any] = {"lock": lock, "limits": limits, "friction": friction}
-    return load_urdf(text, file=file, strict=strict, root=root, coordinates=coordinates, **asked)
+    found = source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **told)
+    return _from_read(found, shown_file(path), coordinates, path.parent)
 
 
 def load_toml(
@@ -84,8 +69,7 @@ def load_toml(
     ------
     DescriptionError
     """
-    data, lines = toml_data(text, file)
-    return from_data(data, file=file, lines=lines, coordinates=coordinates, folder=folder)
+    return _from_read(TOML.read(text, file=file), file, coordinates, folder)
 
 
 def load_urdf(
@@ -93,11 +77,8 @@ def load_urdf(
     *,
     file: str = "robot.urdf",
     strict: bool = False,
-    root: str = "fixed",
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
+    **options: Any,
 ) -> Scene:
     """Read a scene from the text of a URDF file; see ``load``.
 
@@ -105,12 +86,22 @@ def load_urdf(
     ------
     DescriptionError, UsageError
     """
-    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # pydantic is slow to import
+    read = URDF.read(text, file=file, strict=strict, **checked_options(URDF, options))
+    return _from_read(read, file, coordinates, None)
 
-    if root not in ("fixed", "free"):
-        raise UsageError(f"root is {shown(root)}", "fixed or free")
-    data, lines, notes = urdf_data(text, file=file, strict=strict, root=root, lock=lock, limits=limits, friction=friction)
-    return from_data(data, file=file, lines=lines, notes=notes, inertias_checked=True, coordinates=coordinates)
+
+def _from_read(
+    read: Read, file: str, coordinates: Literal["joint", "absolute"] | None, folder: Path | None
+) -> Scene:
+    return from_data(
+        read.data,
+        file=file,
+        lines=read.lines,
+        notes=read.notes,
+        inertias_checked=read.inertias_checked,
+        coordinates=coordinates,
+        folder=folder,
+    )
 
 
 def from_data(

@@ -25,8 +25,10 @@ from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.include_renaming import Renamer, overridden
+from eomgen.scene.sources.register import all_options, readable, source_of
+from eomgen.scene.sources.source import Source
 from eomgen.scene.sources.text import read_text, shown_file
-from eomgen.scene.sources.toml import toml_data
+from eomgen.scene.sources.toml import TOML, toml_data
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 _MOST_FILES = 1000
@@ -94,16 +96,18 @@ class _Includer:
             what = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
             report.add(place, what, "fewer of them")
             return None
-        if path.suffix.lower() not in (".toml", ".urdf", ".xml"):
-            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", "a .toml scene or a .urdf file")
+        source = source_of(path)
+        if source is None:
+            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(path))
             return None
         try:
-            text = read_text(path)
-            if path.suffix.lower() == ".toml":
-                for option in sorted({"root", "lock"} & entry.model_fields_set):
-                    report.add(f"{key}.{option}", f"{option} is for URDF only", "the joint in the included file")
+            text, options = read_text(path), all_options()
+            for name in sorted(options.keys() & entry.model_fields_set):
+                if options[name][0] is not source:
+                    report.add(f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file")
+            if source is TOML:
                 return self.scene(text, path, [*chain, path])
-            return _robot(text, path, entry)
+            return _part(source, text, path, entry)
         except FileError as error:
             problem = error.problems[0]
             report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
@@ -144,14 +148,13 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     return entry
 
 
-def _robot(text: str, path: Path, entry: Include) -> Part:
-    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # imported only where it is needed
-
+def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
     file = shown_file(path)
-    root = "attached" if entry.root == "fixed" else "free"
-    data, lines, notes = urdf_data(text, file=file, root=root, lock=entry.lock, limits=entry.limits, friction=entry.friction)
-    places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in lines.items()}
-    return Part(data, places, [f"{file}: {note}" for note in notes], set(data["bodies"]))
+    options = {option.name: getattr(entry, option.name) for option in source.options if option.name in Include.model_fields}
+    read = source.read(text, file=file, included=True, **options)
+    places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
+    judged = set(read.data["bodies"]) if read.inertias_checked else set()
+    return Part(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:

@@ -7,6 +7,7 @@ import tomllib
 from typing import Any
 
 from eomgen.errors import DescriptionError, Problem
+from eomgen.scene.sources.source import Read, Source
 from eomgen.text import key_of
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -140,3 +141,12 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+
+
+def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> Read:
+    """Return what a scene file holds; nothing of it is ever left out. Raises DescriptionError."""
+    del strict, included
+    return Read(*toml_data(text, file))
+
+
+TOML = Source("TOML", (".toml",), "a .toml scene", read_toml)

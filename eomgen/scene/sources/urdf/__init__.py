@@ -1,3 +1,3 @@
 """URDF: its elements, and the scene that they become."""
 
-__all__ = ["conversion"]
+__all__ = ["source"]

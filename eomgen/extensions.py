@@ -1,0 +1,35 @@
+"""Rows that other distributions add to a register: entry points, looked for when a name is none of eomgen's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import EntryPoint, entry_points
+from typing import TypeVar
+
+from eomgen.errors import Problem, UsageError
+from eomgen.text import shown
+
+Row = TypeVar("Row")
+
+
+def extensions(group: str) -> Iterator[EntryPoint]:
+    """Yield the entry points of a group in an order that does not depend on what was installed first."""
+    yield from sorted(entry_points(group=group), key=lambda entry: (entry.name, entry.value))
+
+
+def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
+    """Return what an entry point names. Raises UsageError naming its distribution where that fails, or gives something else."""
+    try:
+        row = entry.load()
+    except Exception as error:  # whatever a module of others does when it is imported
+        raise broken(entry, f"does not load: {type(error).__name__}: {error}") from error
+    if not isinstance(row, kind):
+        raise broken(entry, f"is no {kind.__module__}.{kind.__qualname__}")
+    return row
+
+
+def broken(entry: EntryPoint, what: str) -> UsageError:
+    """Return the error for an entry point that cannot be taken."""
+    who = entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
+    where = f"the entry point {shown(entry.name)} ({entry.value}) in {entry.group} of the distribution {who}"
+    return UsageError(Problem(entry.group, f"{where} {what}", f"another version of {who}, or uninstall it"))

@@ -1,0 +1,93 @@
+"""The register of sources: eomgen's own, and those of other distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.extensions import broken, extensions, loaded
+from eomgen.scene.sources.source import Option, Source
+from eomgen.scene.sources.toml import TOML
+from eomgen.scene.sources.urdf.source import URDF
+from eomgen.text import nearest, shown
+
+#: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
+GROUP = "eomgen.sources"
+BUILT_IN: tuple[Source, ...] = (TOML, URDF)
+
+
+@cache
+def sources() -> tuple[Source, ...]:
+    """Return all sources. Raises UsageError naming the distribution of one that cannot be taken."""
+    found = list(BUILT_IN)
+    for entry in extensions(GROUP):
+        source = loaded(entry, Source)
+        taken = [ending for ending in source.endings if any(ending in other.endings for other in found)]
+        if taken:
+            raise broken(entry, f"reads {taken[0]} files, which another source does")
+        found.append(source)
+    return tuple(found)
+
+
+def source_of(path: Path) -> Source | None:
+    """Return the source that reads a file, by its ending; None where there is none."""
+    ending = path.suffix.lower()
+    own = next((source for source in BUILT_IN if ending in source.endings), None)
+    return own or next((source for source in sources() if ending in source.endings), None)
+
+
+def readable(path: Path, kinds: str = " or ") -> str:
+    """Return what to try in place of a file that no source reads."""
+    ending = path.suffix.lower()
+    hints = (source.elsewhere[ending] for source in sources() if ending in source.elsewhere)
+    return next(hints, kinds.join(source.article for source in sources()))
+
+
+def all_options() -> dict[str, tuple[Source, Option]]:
+    """Return the options of eomgen's own sources by name."""
+    return {option.name: (source, option) for source in BUILT_IN for option in source.options}
+
+
+def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options for a source, without those that are left at their defaults and belong to others.
+
+    Parameters
+    ----------
+    source : Source, optional
+        None for what is no file: nested data, or a Scene.
+
+    Raises
+    ------
+    UsageError
+        For options that there are not, that belong to other kinds of file, or with values that they cannot have.
+    """
+    known = all_options()
+    if not given.keys() <= known.keys():
+        known = {option.name: (other, option) for other in sources() for option in other.options}
+    if unknown := [name for name in given if name not in known]:
+        names = ["path", "strict", "coordinates", *known]
+        raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", nearest(unknown[0], names)))
+    own = {option.name for option in source.options} if source is not None else set()
+    told = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
+    if told and source is None:
+        other = known[told[0]][0]
+        what = f"{', '.join(told)}: for {other.name} files only"
+        raise UsageError(Problem("load", what, f"the path of {other.article}, or none of them"))
+    if told and source is not None:
+        other = known[told[0]][0]
+        *first, last = (option.name for option in other.options)
+        every = f"{', '.join(first)} and {last}" if first else last
+        raise UsageError(f"{every} are for {other.name} only", "keys of the joint in the scene file")
+    for name in own & set(given):
+        choices = known[name][1].choices
+        if choices and given[name] not in choices:
+            raise UsageError(f"{name} is {shown(given[name])}", " or ".join(choices))
+    return {name: value for name, value in given.items() if name in own}
+
+
+def _differs(value: object, default: object) -> bool:
+    """Return whether an option was told something; an empty list is none, of whatever type."""
+    return bool(value) if default == () else value != default

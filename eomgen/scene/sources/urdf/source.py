@@ -1,0 +1,46 @@
+"""URDF as a source."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.scene.sources.source import Option, Read, Source
+
+
+def read_urdf(
+    text: str,
+    *,
+    file: str = "robot.urdf",
+    strict: bool = False,
+    included: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+) -> Read:
+    """Return a URDF in the form of a scene file; the options as in ``URDF``.
+
+    Raises
+    ------
+    DescriptionError, UsageError
+    """
+    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are no URDF
+
+    held = "attached" if included and root == "fixed" else root
+    data, lines, notes = urdf_data(text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction)
+    return Read(data, lines, notes, inertias_checked=True)
+
+
+URDF = Source(
+    "URDF",
+    (".urdf", ".xml"),
+    "a .urdf file",
+    read_urdf,
+    (
+        Option("root", "fixed", "how the root link is held", choices=("fixed", "free")),
+        Option("lock", (), "hold this joint at zero; may be repeated", metavar="JOINT"),
+        Option("limits", False, "turn limits of position into compliant stops"),
+        Option("friction", False, "take dry friction of joints, regularised"),
+    ),
+    {".xacro": "xacro first, to make a .urdf of it"},
+)

@@ -1,0 +1,119 @@
+"""The register of sources: kinds of files, their options, and those that other distributions add."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.scene.sources.register import BUILT_IN, all_options, source_of, sources
+from eomgen.scene.sources.source import Source
+
+#: A format of somebody else: as many equal links, one below the other, as the file says.
+CHAINS = '''
+from eomgen import DescriptionError, Problem
+from eomgen.scene.sources.source import Option, Read, Source
+
+
+def read(text, *, file, strict=False, included=False, mass=1.0, long=False):
+    if not text.strip().isdigit():
+        raise DescriptionError(Problem(f"{file}:1", "a number of links is needed", "3"))
+    names = [f"link{k}" for k in range(int(text))]
+    length = 2.0 if long else 1.0
+    body = {"mass": 1.0, "center_of_mass": [0, 0, -length / 2], "inertia": [0.1, 0.1, 0.01]}
+    joints = {
+        f"hinge_{name}": {"type": "revolute", "parent": parent, "child": name, "axis": [0, 1, 0],
+                          "position": [0, 0, 0 if parent == "base" else -length]}
+        for parent, name in zip(["base", *names], names)
+    }
+    data = {"format": 1, "name": "chain", "bodies": {name: dict(body) for name in names}, "joints": joints}
+    return Read(data, {"bodies": 1}, [f"{len(names)} links"])
+
+
+CHAINS = Source("chains", (".chain",), "a .chain file", read, (Option("long", False, "links of two metres"),))
+'''
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Install a distribution that gives a source, and return a folder for files."""
+    (tmp_path / "chainfiles.py").write_text(CHAINS, encoding="utf-8")
+    information = tmp_path / "chainfiles-1.0.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: chainfiles\nVersion: 1.0\n", encoding="utf-8")
+    (information / "entry_points.txt").write_text("[eomgen.sources]\nchains = chainfiles:CHAINS\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    sources.cache_clear()
+    yield tmp_path
+    sources.cache_clear()
+    sys.modules.pop("chainfiles", None)
+
+
+@pytest.mark.parametrize("source", BUILT_IN, ids=lambda source: source.name)
+def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
+    source: Source, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for ending in source.endings:
+        assert source_of(Path(f"robot{ending.upper()}")) is source
+    assert main(["simulate", "--help"]) == 0
+    help_text = capsys.readouterr().out
+    for option in source.options:
+        assert f"--{option.name}" in help_text
+        assert all(choice in help_text for choice in option.choices)
+
+
+def test_options_belong_to_one_source_each() -> None:
+    names = [option.name for source in BUILT_IN for option in source.options]
+    assert len(names) == len(set(names)) == len(all_options())
+
+
+def test_a_distribution_brings_a_source(installed: Path) -> None:
+    file = installed / "rope.chain"
+    file.write_text("3\n", encoding="utf-8")
+    scene = eomgen.load(file)
+    assert [body.name for body in scene.bodies] == ["link0", "link1", "link2"]
+    assert scene.notes == ("3 links",)
+    assert eomgen.load(file, long=True).bodies[0].center_of_mass != scene.bodies[0].center_of_mass
+    model = eomgen.build(file, terms=["mass"], profile="quick")
+    assert model.nv == 3
+
+
+def test_a_distribution_s_source_may_be_included(installed: Path) -> None:
+    (installed / "rope.chain").write_text("2\n", encoding="utf-8")
+    scene = installed / "scene.toml"
+    scene.write_text('format = 1\nname = "two"\n[include.left]\nfile = "rope.chain"\n', encoding="utf-8")
+    assert [body.name for body in eomgen.load(scene).bodies] == ["left_link0", "left_link1"]
+
+
+def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed: Path) -> None:
+    file = installed / "rope.chain"
+    file.write_text("three\n", encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError, match=r"rope\.chain:1: a number of links is needed; try: 3"):
+        eomgen.load(file)
+    with pytest.raises(eomgen.UsageError, match="root, lock, limits and friction are for URDF only"):
+        eomgen.load(file, root="free")
+    with pytest.raises(eomgen.UsageError, match="load: there is no argument 'lng'; try: long"):
+        eomgen.load(file, lng=True)
+    hint = "is not a kind of file that can be read; try: a .toml scene or a .urdf file or a .chain file"
+    with pytest.raises(eomgen.UsageError, match=hint):
+        eomgen.load("rope.chains")
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("raise RuntimeError('no licence')", "does not load: RuntimeError: no licence"),
+        ("CHAINS = 3", r"is no eomgen\.scene\.sources\.source\.Source"),
+        (CHAINS.replace('".chain"', '".urdf"'), r"reads \.urdf files, which another source does"),
+    ],
+)
+def test_a_distribution_that_is_broken_is_named(installed: Path, text: str, what: str) -> None:
+    (installed / "chainfiles.py").write_text(text, encoding="utf-8")
+    name = r"the entry point 'chains' \(chainfiles:CHAINS\) in eomgen\.sources of the distribution chainfiles"
+    with pytest.raises(eomgen.UsageError, match=f"{name} {what}; try: another version of chainfiles, or uninstall it"):
+        eomgen.load("rope.chain")
+    assert eomgen.load(Path(__file__).parents[2] / "examples/four_bar/scene.toml").name == "four_bar"  # needs no other source
