@@ -38,13 +38,13 @@ class Kernel:
     tape: Tape
     refs: tuple[Ref, ...]
 
-    def statements(self) -> list[dict[str, Any]]:
-        """Return the statements in order: number ``n``, ``op`` (a name of ``Op``), ``operands`` as in ``results``."""
+    def statements(self) -> list[list[Any]]:
+        """Return the statements in order: the number of each, and its expression as in ``codegen.program``, lists for tuples."""
         numbers = self._numbers()
-        return [{"n": number, **self._operation(node, numbers)} for node, number in numbers.items()]
+        return [[number, self._operation(node, numbers)] for node, number in numbers.items()]
 
-    def results(self) -> list[dict[str, Any]]:
-        """Return the components: ``constant``, or ``negative`` and ``n`` (a statement), ``input`` with ``index``, or ``op``."""
+    def results(self) -> list[Any]:
+        """Return the expressions of the components."""
         numbers = self._numbers()
         return [self._operand(ref, numbers) for ref in self.refs]
 
@@ -64,18 +64,17 @@ class Kernel:
                 sizes[node] = size
         return numbers
 
-    def _operation(self, node: int, numbers: dict[int, int]) -> dict[str, Any]:
-        return {"op": self.tape.op[node].name, "operands": [self._operand(ref, numbers) for ref in self.tape.operands(node)]}
+    def _operation(self, node: int, numbers: dict[int, int]) -> list[Any]:
+        return [self.tape.op[node].name, *(self._operand(ref, numbers) for ref in self.tape.operands(node))]
 
-    def _operand(self, ref: Ref, numbers: dict[int, int]) -> dict[str, Any]:
+    def _operand(self, ref: Ref, numbers: dict[int, int]) -> Any:
         constant, symbol, node = self.tape.value(ref), self.tape.symbol(ref), abs(ref)
         if constant is not None:
-            return {"constant": constant}
-        if symbol is not None:
-            return {"negative": ref < 0, "input": symbol.block, "index": symbol.index}
+            return ["K", constant]
         if node in numbers:
-            return {"negative": ref < 0, "n": numbers[node]}
-        return {"negative": ref < 0, **self._operation(node, numbers)}
+            return numbers[node] if ref > 0 else -numbers[node]
+        plain = ["in", symbol.block, symbol.index] if symbol is not None else self._operation(node, numbers)
+        return plain if ref > 0 else ["neg", plain]
 
 
 def update(group: Group) -> Kernel:

@@ -893,7 +893,8 @@ static void active_vehicle_loop4(const real *restrict g, real *restrict r)
     r[0] = sum[0];
 }
 
-static void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v, const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
+static void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v,
+    const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     int i;
     K[25] = K(0.0);
@@ -1560,7 +1561,8 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     w[174] = x421;
 }
 
-static void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K, real *restrict C)
+static void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
+    real *restrict C)
 {
     /* partials of applied forces */
     const real x422 = w[169] - w[3] * w[142] - (w[5] * w[10] - w[7] * w[149]);
@@ -1906,7 +1908,8 @@ void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, 
     h[1] = -(x2 * (K(120.0) * (v[2] * x4)) - x6);
 }
 
-void active_vehicle_force(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *restrict Q)
+void active_vehicle_force(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u,
+    real *restrict Q)
 {
     const real x1 = K(0.4) + q[0];
     real x2, x3;
@@ -2062,7 +2065,8 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     Q[6] = -(K(578.7900000000001) - (x116 - (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127)));
 }
 
-void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *restrict tau)
+void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
+    const real *a, const real *u, real *restrict tau)
 {
     const real x1 = K(0.4) + q[0];
     real x2, x3;
@@ -2231,7 +2235,8 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     tau[6] = K(190000.0) * (q[6] - K(0.020534378607809847)) - x127 - x142;
 }
 
-void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *restrict vdot)
+void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
+    const real *u, real *restrict vdot)
 {
     const real x1 = K(0.4) + q[0];
     real x2, x3;
@@ -2392,17 +2397,21 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real x137 = x134 + x4 * (x133 + K(800.0) * (v[2] * x21));
     vdot[1] = -(K(1.0) / (K(2100.0) + (K(60.0) + x4 * (K(340.0) * x4))) * x137);
     vdot[3] = -(K(0.01694915254237288) * (x135 + (x47 + K(578.7900000000001))));
-    vdot[4] = -(K(0.01694915254237288) * (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126 - (x69 - K(578.7900000000001))));
+    vdot[4] = -(K(0.01694915254237288) * (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126
+        - (x69 - K(578.7900000000001))));
     vdot[5] = -(K(0.01694915254237288) * (x136 + (x96 + K(578.7900000000001))));
-    vdot[6] = -(K(0.01694915254237288) * (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127 - (x116 - K(578.7900000000001))));
+    vdot[6] = -(K(0.01694915254237288) * (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127
+        - (x116 - K(578.7900000000001))));
 }
 
-void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *restrict r)
+void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
+    const real *u, real *restrict r)
 {
     active_vehicle_inverse_dynamics(p, t, q, v, a, u, r);
 }
 
-void active_vehicle_partials(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *restrict K, real *restrict C, real *restrict M)
+void active_vehicle_partials(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
+    const real *u, real *restrict K, real *restrict C, real *restrict M)
 {
     real w[175];
     (void)t;
@@ -2501,7 +2510,8 @@ void active_vehicle_twists(const active_vehicle_parameters *p, const real *q, co
     twist[14] = -(v[1] * x3);
 }
 
-void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a, const real *u, real *restrict y)
+void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
+    const real *u, real *restrict y)
 {
     y[2] = a[1];
     y[3] = a[2];
@@ -2682,7 +2692,8 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     y[21] = -(K(190000.0) * (q[6] - x128));
 }
 
-void active_vehicle_energy(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u, real *restrict energy)
+void active_vehicle_energy(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u,
+    real *restrict energy)
 {
     energy[3] = K(0.0);
     const real x1 = K(0.4) + q[0];

@@ -39,8 +39,10 @@ extern "C" {
 typedef struct {
     eomgen_real p_damper_front; /* damper_front (N s/m) */
     eomgen_real p_damper_rear; /* damper_rear (N s/m) */
-    eomgen_real p_skyhook; /* skyhook (N s/m): actuator force per vertical velocity of the body_s corner; 0 is the passive car */
-    eomgen_real p_coherence; /* coherence: of the right track with the left; 1 lets both wheels of an axle see the same road */
+    /* skyhook (N s/m): actuator force per vertical velocity of the body_s corner; 0 is the passive car */
+    eomgen_real p_skyhook;
+    /* coherence: of the right track with the left; 1 lets both wheels of an axle see the same road */
+    eomgen_real p_coherence;
 } active_vehicle_parameters;
 
 /* Fill the parameters with the values of the scene. */
@@ -51,64 +53,85 @@ void active_vehicle_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z
 
 /* inertia matrix M(q), symmetric, full
  *   M [7 x 7]  inertia matrix
- *   2 additions, 2 multiplications, 0 divisions, 1 functions */
+ *   2 additions, 2 multiplications,
+ * 0 divisions, 1 functions */
 void active_vehicle_mass(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [7]  nonlinear coupling vector
- *   2 additions, 11 multiplications, 0 divisions, 2 functions */
-void active_vehicle_coupling(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
+ *   2 additions, 11 multiplications,
+ * 0 divisions, 2 functions */
+void active_vehicle_coupling(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
+    eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [7]  generalized force
- *   152 additions, 175 multiplications, 4 divisions, 10 functions */
-void active_vehicle_force(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *Q);
+ *   152 additions, 175 multiplications,
+ * 4 divisions, 10 functions */
+void active_vehicle_force(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *u, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [7]  generalized force that the motion a needs
- *   168 additions, 190 multiplications, 4 divisions, 10 functions */
-void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *tau);
+ *   168 additions, 190 multiplications,
+ * 4 divisions, 10 functions */
+void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [7]  time derivative of v
- *   158 additions, 191 multiplications, 5 divisions, 10 functions */
-void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *vdot);
+ *   158 additions, 191 multiplications,
+ * 5 divisions, 10 functions */
+void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *u, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [7]  residual
- *   168 additions, 190 multiplications, 4 divisions, 10 functions */
-void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *r);
+ *   168 additions, 190 multiplications,
+ * 4 divisions, 10 functions */
+void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [7 x 7]  d residual / dq, left-trivialised
  *   C [7 x 7]  d residual / dv
  *   M [7 x 7]  d residual / da
- *   797 additions, 1094 multiplications, 8 divisions, 8 functions */
-void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *K, eomgen_real *C, eomgen_real *M);
+ *   797 additions, 1094 multiplications,
+ * 8 divisions, 8 functions */
+void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [7 x 7]  quaternion (w, x, y, z) and position of each body
- *   1 additions, 6 multiplications, 0 divisions, 4 functions */
+ *   1 additions, 6 multiplications,
+ * 0 divisions, 4 functions */
 void active_vehicle_poses(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [7 x 6]  angular and linear velocity of each body
- *   0 additions, 6 multiplications, 0 divisions, 4 functions */
-void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
+ *   0 additions, 6 multiplications,
+ * 0 divisions, 4 functions */
+void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
+    eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [22]  named outputs, in order
- *   141 additions, 178 multiplications, 4 divisions, 10 functions */
-void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *y);
+ *   141 additions, 178 multiplications,
+ * 4 divisions, 10 functions */
+void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   121 additions, 154 multiplications, 4 divisions, 10 functions */
-void active_vehicle_energy(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v, const eomgen_real *u, eomgen_real *energy);
+ *   121 additions, 154 multiplications,
+ * 4 divisions, 10 functions */
+void active_vehicle_energy(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
+    const eomgen_real *v, const eomgen_real *u, eomgen_real *energy);
 
 /* inputs given by the scene
  *   u [4]  inputs
- *   1600 additions, 1600 multiplications, 0 divisions, 800 functions */
+ *   1600 additions, 1600 multiplications,
+ * 0 divisions, 800 functions */
 void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eomgen_real *u);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
@@ -116,17 +139,21 @@ void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eo
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_OK = 0,
-    ACTIVE_VEHICLE_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    ACTIVE_VEHICLE_NOT_CONVERGED = 1,
     ACTIVE_VEHICLE_SINGULAR = 2, /* the mass or iteration matrix is singular */
     ACTIVE_VEHICLE_NOT_FINITE = 3, /* a value became infinite or not a number */
-    ACTIVE_VEHICLE_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    ACTIVE_VEHICLE_BAD_ARGUMENT = 4,
+    /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    ACTIVE_VEHICLE_ROTATION_TOO_LARGE = 5
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
     eomgen_real step; /* s, of the time grid, fixed */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real rtol;
     eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
     long max_halvings; /* of a step that fails with a fresh matrix */
@@ -176,7 +203,8 @@ typedef struct active_vehicle_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } active_vehicle_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
+/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
+ * one is). */
 typedef struct active_vehicle_workspace {
     eomgen_real unknown[7];      /* E, step lam */
     eomgen_real increment[7];     /* the exponent is step * increment */
@@ -184,10 +212,14 @@ typedef struct active_vehicle_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    eomgen_real unit[7], per_unit[7]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[7], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
-    eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real numbers[147];     /* of the partials, and their products with T */
+    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real unit[7], per_unit[7];
+    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    eomgen_real rounding[7], rounding_decay;
+    /* of the step, in these units */
+    eomgen_real speed[1];
+    /* of the partials, and their products with T */
+    eomgen_real numbers[147];
     eomgen_real tangents[1];
     eomgen_real entries[37];     /* nonzeros of the iteration matrix */
     eomgen_real factors[37];
@@ -201,8 +233,10 @@ typedef struct active_vehicle_workspace {
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */
-    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
-    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    eomgen_real extra_iterations, last_extra_iterations;
+    /* steps with factors of their own before reuse is tried again: in all, and left */
+    long refactor_interval, refactor_steps_left;
     eomgen_real u[4];
     eomgen_real q[7];
     eomgen_real v[7];
@@ -215,30 +249,39 @@ const char *active_vehicle_status_text(active_vehicle_status status);
 /* The method's defaults; the step is 0.001 s. */
 void active_vehicle_default_settings(active_vehicle_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the rest is left to active_vehicle_initialize. */
+/* The scene's initial configuration and velocity at t = 0; the
+ * rest is left to active_vehicle_initialize. */
 void active_vehicle_default_state(active_vehicle_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
+/* Take t, q and v from the state and make the rest of it consistent with them; count
+ * and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
-active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p,
+    const active_vehicle_settings *settings, active_vehicle_state *state,
     active_vehicle_workspace *work, const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
+/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
+ * settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
- * Inputs may jump and parameters change between two steps:
+ * Inputs may jump and parameters change
+ * between two steps:
  * where the first row of inputs or a parameter is not what the last step
- * ended with, the step starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go on.
+ * ended with, the step starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go
+ * on.
  * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
-active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state,
+active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
+    active_vehicle_state *state,
     active_vehicle_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 22 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 22 numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: 1 * steps + 1 rows.
  * 0 steps: the row of the state as it is.
  */
-active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
-    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
-
+active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
+    active_vehicle_state *state,
+    active_vehicle_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
+    long *recorded);
 #ifdef __cplusplus
 }
 #endif

@@ -8,11 +8,11 @@
  *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
  *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane
  *
- * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a model say
- * EOMGEN_SHORT_NAMES first and write `real` and K(constant).
+ * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a
+ * model say EOMGEN_SHORT_NAMES first and write `real` and K(constant).
  *
- * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches on a value
- * or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
+ * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches
+ * on a value or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
  */
 #ifndef EOMGEN_REAL_H
 #define EOMGEN_REAL_H
@@ -44,7 +44,7 @@ typedef double eomgen_real;
 #include <stdint.h>
 #include <string.h>
 
-/* -- bits of doubles ----------------------------------------------------------------------------------------------- */
+/* -- bits of doubles ------------------------------------------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
 typedef eomgen_real eg_wide;
@@ -77,7 +77,8 @@ static inline eg_wide eg_blend(eg_bits mask, eg_wide then, eg_wide otherwise)
     return eg_from_bits((mask & eg_to_bits(then)) | (~mask & eg_to_bits(otherwise)));
 }
 
-/* What a comparison gives: 1 or 0, and NaN where something that is compared is not a number, so that it does not vanish in a choice. */
+/* What a comparison gives: 1 or 0, and NaN where something that is compared is not a number, so that it does not
+ * vanish in a choice. */
 static inline eg_wide eg_truth(eg_bits holds, eg_bits unordered)
 {
     return eg_from_bits((holds & eg_to_bits(EG_WIDE(1.0))) | unordered);
@@ -89,10 +90,10 @@ static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
 
 /* Sine and cosine together, without branches.
  *
- * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are exact for multiples
- * below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from the bits of the rounded multiple.
- * Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or without. Beyond, where neighbouring numbers are 2e-6
- * and more apart, for NaN and for infinities both are NaN.
+ * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are
+ * exact for multiples below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from
+ * the bits of the rounded multiple. Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or
+ * without. Beyond, where neighbouring numbers are 2e-6 and more apart, for NaN and for infinities both are NaN.
  */
 #define EG_LARGEST_ANGLE 10000000000.0
 static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
@@ -125,13 +126,19 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
     *cosine = eg_from_bits((eg_to_bits(eg_blend(odd, s, c)) ^ cosine_sign) | beyond);
 }
 
-/* -- double ---------------------------------------------------------------------------------------------------------- */
+/* -- double ---------------------------------------------------------------------------------------------------- */
 
 #if defined(EG_REAL_IS_DOUBLE)
 #define EG_C(c) (c)
 static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
 #define EG_SQRT(x) sqrt(x)
 #define EG_TAN(x) tan(x)
@@ -149,7 +156,7 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- float: sine and cosine are those of double, rounded ------------------------------------------------------------- */
+/* -- float: sine and cosine are those of double, rounded ------------------------------------------------------- */
 
 #if defined(EOMGEN_REAL_FLOAT)
 #define EG_C(c) ((float)(c))
@@ -160,9 +167,18 @@ static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosi
     *sine = (float)s;
     *cosine = (float)c;
 }
-static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
-static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return (float)eg_choose((double)c, (double)x, (double)y); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
+{
+    return (float)eg_choose((double)c, (double)x, (double)y);
+}
 #define EG_SQRT(x) sqrtf(x)
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
@@ -179,7 +195,7 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- complex: comparisons look at real parts; every function is the analytic one around them -------------------------- */
+/* -- complex: comparisons look at real parts; every function is the analytic one around them ------------------- */
 
 #if defined(EOMGEN_REAL_COMPLEX)
 #define EG_C(c) ((eomgen_real)(c))
@@ -200,8 +216,14 @@ static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosi
     *sine = eg_complex(s * ch, c * sh);
     *cosine = eg_complex(c * ch, -(s * sh));
 }
-static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return (eomgen_real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y))); }
-static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return (eomgen_real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return (eomgen_real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return (eomgen_real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y)));
+}
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 {
     return eg_complex(eg_choose(creal(c), creal(x), creal(y)), eg_choose(creal(c), cimag(x), cimag(y)));
@@ -242,35 +264,41 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- lanes: elementary functions other than sine and cosine go lane by lane through <math.h> -------------------------- */
+/* -- lanes: elementary functions other than sine and cosine go lane by lane through <math.h> ------------------- */
 
 #if defined(EOMGEN_REAL_LANES)
 #define EG_C(c) EG_WIDE(c)
 #define EG_LANE(x, lane) ((x)[lane])
 static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
-static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y))); }
-static inline eomgen_real eg_le(eomgen_real x, eomgen_real y) { return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y))); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
 static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
-#define EG_DEFINE_LANEWISE(name, function)                                                                              \
-    static inline eomgen_real name(eomgen_real x)                                                                                    \
-    {                                                                                                                  \
-        eomgen_real y = x;                                                                                                    \
-        int lane;                                                                                                      \
-        for (lane = 0; lane < EG_LANES; ++lane) {                                                                      \
-            y[lane] = function(x[lane]);                                                                               \
-        }                                                                                                              \
-        return y;                                                                                                      \
+#define EG_DEFINE_LANEWISE(name, function)                                                                      \
+    static inline eomgen_real name(eomgen_real x)                                                               \
+    {                                                                                                           \
+        eomgen_real y = x;                                                                                      \
+        int lane;                                                                                               \
+        for (lane = 0; lane < EG_LANES; ++lane) {                                                               \
+            y[lane] = function(x[lane]);                                                                        \
+        }                                                                                                       \
+        return y;                                                                                               \
     }
-#define EG_DEFINE_LANEWISE_PAIR(name, function)                                                                         \
-    static inline eomgen_real name(eomgen_real x, eomgen_real y)                                                                            \
-    {                                                                                                                  \
-        eomgen_real z = x;                                                                                                    \
-        int lane;                                                                                                      \
-        for (lane = 0; lane < EG_LANES; ++lane) {                                                                      \
-            z[lane] = function(x[lane], y[lane]);                                                                      \
-        }                                                                                                              \
-        return z;                                                                                                      \
+#define EG_DEFINE_LANEWISE_PAIR(name, function)                                                                 \
+    static inline eomgen_real name(eomgen_real x, eomgen_real y)                                                \
+    {                                                                                                           \
+        eomgen_real z = x;                                                                                      \
+        int lane;                                                                                               \
+        for (lane = 0; lane < EG_LANES; ++lane) {                                                               \
+            z[lane] = function(x[lane], y[lane]);                                                               \
+        }                                                                                                       \
+        return z;                                                                                               \
     }
 EG_DEFINE_LANEWISE(eg_sqrt, sqrt)
 EG_DEFINE_LANEWISE(eg_tan, tan)
@@ -299,7 +327,7 @@ EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
 #define EG_ABS(x) eg_abs(x)
 #endif
 
-/* -- the same for every type ------------------------------------------------------------------------------------------ */
+/* -- the same for every type ----------------------------------------------------------------------------------- */
 
 static inline eomgen_real eg_sin(eomgen_real x)
 {

@@ -76,8 +76,8 @@ static int set_by_name(const char *text, active_vehicle_parameters *p)
     return 0;
 }
 
-/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
- * grid, so that a step's first row is to the bit the last one of the step before. */
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all.
+ * Times are those of the grid, so that a step's first row is to the bit the last one of the step before. */
 static const real *inputs_over_step(const active_vehicle_parameters *p, const active_vehicle_state *state, real step)
 {
     static real rows[8];
@@ -88,7 +88,8 @@ static const real *inputs_over_step(const active_vehicle_parameters *p, const ac
     if (count == 0)
         return NULL;
     for (row = 0; row <= 1; ++row)
-        fill_inputs(p, state->origin + step * ((real)state->count + (real)row), rows + row * 4);
+        fill_inputs(p, state->origin + step * ((real)state->count + (real)row),
+            rows + row * 4);
     return rows;
 }
 #endif
@@ -113,8 +114,10 @@ static void print_row(const active_vehicle_state *state)
     printf("\n");
 }
 
-/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps, and at the
- * end, t, q, v, vdot as CSV. A last step that would pass the end is shortened to end there. */
+/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every
+ * so
+ * many steps, and at the end, t, q, v, vdot as CSV. A last step that would pass
+ * the end is shortened to end there. */
 int main(int argc, char **argv)
 {
     static active_vehicle_workspace work;
@@ -142,8 +145,11 @@ int main(int argc, char **argv)
     if (words[1] != NULL)
         settings.step = (real)atof(words[1]);
     every = words[2] != NULL ? atol(words[2]) : 1;
-    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
-        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n", argv[0]);
+    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1
+        || duration / (double)settings.step > 1e15) {
+        fprintf(stderr,
+            "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n",
+            argv[0]);
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);

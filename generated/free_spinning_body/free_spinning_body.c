@@ -103,7 +103,8 @@ void free_spinning_body_residual(const real *q, const real *v, const real *a, re
     free_spinning_body_inverse_dynamics(q, v, a, r);
 }
 
-void free_spinning_body_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C, real *restrict M)
+void free_spinning_body_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C,
+    real *restrict M)
 {
     (void)q;
     (void)a;

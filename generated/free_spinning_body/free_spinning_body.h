@@ -42,59 +42,72 @@ void free_spinning_body_initial_state(eomgen_real *q, eomgen_real *v, eomgen_rea
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
- *   4 additions, 16 multiplications, 0 divisions, 0 functions */
+ *   4 additions, 16 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
- *   11 additions, 16 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
+ *   11 additions, 16 multiplications,
+ * 0 divisions, 0 functions */
+void free_spinning_body_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [6]  time derivative of v
- *   4 additions, 12 multiplications, 0 divisions, 0 functions */
+ *   4 additions, 12 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
- *   11 additions, 16 multiplications, 0 divisions, 0 functions */
+ *   11 additions, 16 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
- *   9 additions, 17 multiplications, 0 divisions, 0 functions */
-void free_spinning_body_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
+ *   9 additions, 17 multiplications,
+ * 0 divisions, 0 functions */
+void free_spinning_body_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K,
+    eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [7]  named outputs, in order
- *   13 additions, 25 multiplications, 0 divisions, 0 functions */
+ *   13 additions, 25 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   6 additions, 15 multiplications, 0 divisions, 0 functions */
+ *   6 additions, 15 multiplications,
+ * 0 divisions, 0 functions */
 void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
@@ -102,17 +115,21 @@ void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomge
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_OK = 0,
-    FREE_SPINNING_BODY_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    FREE_SPINNING_BODY_NOT_CONVERGED = 1,
     FREE_SPINNING_BODY_SINGULAR = 2, /* the mass or iteration matrix is singular */
     FREE_SPINNING_BODY_NOT_FINITE = 3, /* a value became infinite or not a number */
-    FREE_SPINNING_BODY_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    FREE_SPINNING_BODY_BAD_ARGUMENT = 4,
+    /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    FREE_SPINNING_BODY_ROTATION_TOO_LARGE = 5
 } free_spinning_body_status;
 
 typedef struct free_spinning_body_settings {
     eomgen_real step; /* s, of the time grid, fixed */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real rtol;
     eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
     long max_halvings; /* of a step that fails with a fresh matrix */
@@ -155,7 +172,8 @@ typedef struct free_spinning_body_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } free_spinning_body_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
+/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
+ * one is). */
 typedef struct free_spinning_body_workspace {
     eomgen_real unknown[6];      /* E, step lam */
     eomgen_real increment[6];     /* the exponent is step * increment */
@@ -163,10 +181,14 @@ typedef struct free_spinning_body_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    eomgen_real unit[6], per_unit[6]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[6], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
-    eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real numbers[108];     /* of the partials, and their products with T */
+    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real unit[6], per_unit[6];
+    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    eomgen_real rounding[6], rounding_decay;
+    /* of the step, in these units */
+    eomgen_real speed[1];
+    /* of the partials, and their products with T */
+    eomgen_real numbers[108];
     eomgen_real tangents[1];
     eomgen_real entries[24];     /* nonzeros of the iteration matrix */
     eomgen_real factors[26];
@@ -180,8 +202,10 @@ typedef struct free_spinning_body_workspace {
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */
-    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
-    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    eomgen_real extra_iterations, last_extra_iterations;
+    /* steps with factors of their own before reuse is tried again: in all, and left */
+    long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     eomgen_real q[7];
     eomgen_real v[6];
@@ -194,27 +218,34 @@ const char *free_spinning_body_status_text(free_spinning_body_status status);
 /* The method's defaults; the step is 0.001 s. */
 void free_spinning_body_default_settings(free_spinning_body_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the rest is left to free_spinning_body_initialize. */
+/* The scene's initial configuration and velocity at t = 0; the
+ * rest is left to free_spinning_body_initialize. */
 void free_spinning_body_default_state(free_spinning_body_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
+/* Take t, q and v from the state and make the rest of it consistent with them; count
+ * and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
-free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
+/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
+ * settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call free_spinning_body_initialize. */
-free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state,
+free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 20 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 20 numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: 1 * steps + 1 rows.
  * 0 steps: the row of the state as it is.
  */
-free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p, const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
-    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
-
+free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
+    long *recorded);
 #ifdef __cplusplus
 }
 #endif

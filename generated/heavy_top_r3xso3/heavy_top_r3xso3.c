@@ -134,7 +134,8 @@ void heavy_top_r3xso3_residual(const real *q, const real *v, const real *a, cons
     r[5] = K(15.0) * (a[5] + K(9.81)) + x43;
 }
 
-void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, const real *lam, real *restrict K, real *restrict C, real *restrict M)
+void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, const real *lam, real *restrict K,
+    real *restrict C, real *restrict M)
 {
     (void)a;
     int i;
@@ -605,7 +606,8 @@ void heavy_top_r3xso3_velocity_partials(const real *q, const real *v, real *rest
     Z[13] = x96 + (x37 * x48 + (x54 + x18 * x72));
 }
 
-void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, const real *lam, real *restrict r, real *restrict Phi, real *restrict w_out)
+void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, const real *lam, real *restrict r,
+    real *restrict Phi, real *restrict w_out)
 {
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
@@ -680,7 +682,8 @@ void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, con
     w_out[2] = x56 + x57 + x58;
 }
 
-void heavy_top_r3xso3_iteration(const real *q, const real *v, const real *a, const real *lam, real *restrict K, real *restrict C, real *restrict M, real *restrict B, real *restrict Z)
+void heavy_top_r3xso3_iteration(const real *q, const real *v, const real *a, const real *lam, real *restrict K,
+    real *restrict C, real *restrict M, real *restrict B, real *restrict Z)
 {
     (void)a;
     M[0] = K(0.234375);

@@ -43,73 +43,90 @@ void heavy_top_r3xso3_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real 
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
- *   0 additions, 4 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 4 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
- *   3 additions, 8 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
+ *   3 additions, 8 multiplications,
+ * 0 divisions, 0 functions */
+void heavy_top_r3xso3_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    eomgen_real *tau);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
- *   61 additions, 67 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *r);
+ *   61 additions, 67 multiplications,
+ * 0 divisions, 0 functions */
+void heavy_top_r3xso3_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const eomgen_real *lam, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
- *   103 additions, 99 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M);
+ *   103 additions, 99 multiplications,
+ * 0 divisions, 0 functions */
+void heavy_top_r3xso3_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* holonomic constraints Phi(q, t), zero where they are met
  *   Phi [3]  holonomic constraints
- *   21 additions, 27 multiplications, 0 divisions, 0 functions */
+ *   21 additions, 27 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint(const eomgen_real *q, eomgen_real *Phi);
 
 /* rates of the holonomic constraints, and velocity-level constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
- *   42 additions, 54 multiplications, 0 divisions, 0 functions */
+ *   42 additions, 54 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint_velocity(const eomgen_real *q, const eomgen_real *v, eomgen_real *w_out);
 
 /* what is left of the constraints_ accelerations when vdot = 0
  *   g [3]  rate of the velocity rows at vdot = 0
- *   69 additions, 81 multiplications, 0 divisions, 0 functions */
+ *   69 additions, 81 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint_bias(const eomgen_real *q, const eomgen_real *v, eomgen_real *g);
 
 /* B: derivative of the constraints along w is B w, left-trivialised
  *   B [3 x 6]  constraint Jacobian, left-trivialised
- *   41 additions, 42 multiplications, 0 divisions, 0 functions */
+ *   41 additions, 42 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_constraint_jacobian(const eomgen_real *q, eomgen_real *B);
 
 /* what the magnitudes of the summands of each row add up to, and the extent of what it joins
  *   size [3]  what the magnitudes of the summands of each row add up to, in its unit; m of m/s
  *   extent [3]  what turning what each row joins may move it by, m
- *   3 additions, 0 multiplications, 0 divisions, 3 functions */
+ *   3 additions, 0 multiplications,
+ * 0 divisions, 3 functions */
 void heavy_top_r3xso3_constraint_size(const eomgen_real *q, eomgen_real *size, eomgen_real *extent);
 
 /* left-trivialised partials in q of the constraints_ rates
  *   Z [3 x 6]  left-trivialised partials in q of the velocity rows
- *   117 additions, 126 multiplications, 0 divisions, 0 functions */
+ *   117 additions, 126 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_velocity_partials(const eomgen_real *q, const eomgen_real *v, eomgen_real *Z);
 
 /* residual, constraints and their rates together
  *   r [6]  residual
  *   Phi [3]  holonomic constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
- *   90 additions, 103 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *r, eomgen_real *Phi, eomgen_real *w_out);
+ *   90 additions, 103 multiplications,
+ * 0 divisions, 0 functions */
+void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const eomgen_real *lam, eomgen_real *r, eomgen_real *Phi, eomgen_real *w_out);
 
 /* nonzeros of all partials of an implicit step together
  *   K [27]  nonzeros of K: d residual / dq, left-trivialised
@@ -117,32 +134,39 @@ void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, cons
  *   M [6]  nonzeros of M: d residual / da
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
  *   Z [18]  nonzeros of Z: left-trivialised partials in q of the velocity rows
- *   205 additions, 207 multiplications, 0 divisions, 0 functions */
-void heavy_top_r3xso3_iteration(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M, eomgen_real *B, eomgen_real *Z);
+ *   205 additions, 207 multiplications,
+ * 0 divisions, 0 functions */
+void heavy_top_r3xso3_iteration(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M, eomgen_real *B, eomgen_real *Z);
 
 /* nonzeros of B
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
- *   41 additions, 42 multiplications, 0 divisions, 0 functions */
+ *   41 additions, 42 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_jacobian_values(const eomgen_real *q, eomgen_real *B);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
- *   7 additions, 9 multiplications, 0 divisions, 0 functions */
+ *   7 additions, 9 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
- *   20 additions, 27 multiplications, 0 divisions, 0 functions */
+ *   20 additions, 27 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
- *   25 additions, 43 multiplications, 0 divisions, 0 functions */
+ *   25 additions, 43 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   24 additions, 43 multiplications, 0 divisions, 0 functions */
+ *   24 additions, 43 multiplications,
+ * 0 divisions, 0 functions */
 void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups, stabilised index 2 ---- */
@@ -150,18 +174,24 @@ void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum heavy_top_r3xso3_status {
     HEAVY_TOP_R3XSO3_OK = 0,
-    HEAVY_TOP_R3XSO3_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
-    HEAVY_TOP_R3XSO3_SINGULAR = 2, /* the mass or iteration matrix is singular: constraints that repeat each other, or a part without mass */
+    /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    HEAVY_TOP_R3XSO3_NOT_CONVERGED = 1,
+    /* the mass or iteration matrix is singular: constraints that repeat each other, or a part without mass */
+    HEAVY_TOP_R3XSO3_SINGULAR = 2,
     HEAVY_TOP_R3XSO3_NOT_FINITE = 3, /* a value became infinite or not a number */
-    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE = 5, /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    HEAVY_TOP_R3XSO3_BAD_ARGUMENT = 4,
+    /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE = 5,
     HEAVY_TOP_R3XSO3_NOT_CONSISTENT = 6 /* the initial configuration cannot be brought onto the constraints */
 } heavy_top_r3xso3_status;
 
 typedef struct heavy_top_r3xso3_settings {
     eomgen_real step; /* s, of the time grid, fixed */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS, relative to each component */
+    /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS, relative to each
+     * component */
+    eomgen_real rtol;
     eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
     long max_halvings; /* of a step that fails with a fresh matrix */
@@ -213,7 +243,8 @@ typedef struct heavy_top_r3xso3_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } heavy_top_r3xso3_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
+/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
+ * one is). */
 typedef struct heavy_top_r3xso3_workspace {
     eomgen_real lam[3];
     eomgen_real rate[3];
@@ -223,16 +254,22 @@ typedef struct heavy_top_r3xso3_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    eomgen_real unit[12], per_unit[12]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[12], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
-    eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real size[3], largest_size; /* sum of the magnitudes of the summands of each row of Phi; the largest, in these units */
+    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real unit[12], per_unit[12];
+    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    eomgen_real rounding[12], rounding_decay;
+    /* of the step, in these units */
+    eomgen_real speed[1];
+    /* sum of the magnitudes of the summands of each row of Phi; the largest, in these units */
+    eomgen_real size[3], largest_size;
     eomgen_real position_rounding;   /* rounding of q and Phi, by the step, in these units */
     eomgen_real velocity_tolerance;  /* of w, in these units */
     eomgen_real multiplier_rounding; /* what rounding was seen to change step lam by, in these units */
     eomgen_real rounding_share;      /* the part of the multipliers that is rounding */
-    eomgen_real jacobian[17];     /* nonzeros of B at the start of the step, columns times inverse_inertia */
-    eomgen_real numbers[108];     /* of the partials, and their products with T */
+    /* nonzeros of B at the start of the step, columns times inverse_inertia */
+    eomgen_real jacobian[17];
+    /* of the partials, and their products with T */
+    eomgen_real numbers[108];
     eomgen_real tangents[9];
     eomgen_real entries[101];     /* nonzeros of the iteration matrix */
     eomgen_real factors[104];
@@ -246,8 +283,10 @@ typedef struct heavy_top_r3xso3_workspace {
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */
-    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
-    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    eomgen_real extra_iterations, last_extra_iterations;
+    /* steps with factors of their own before reuse is tried again: in all, and left */
+    long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     eomgen_real q[7];
     eomgen_real v[6];
@@ -260,28 +299,35 @@ const char *heavy_top_r3xso3_status_text(heavy_top_r3xso3_status status);
 /* The method's defaults; the step is 0.0001220703125 s. */
 void heavy_top_r3xso3_default_settings(heavy_top_r3xso3_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the rest is left to heavy_top_r3xso3_initialize. */
+/* The scene's initial configuration and velocity at t = 0; the
+ * rest is left to heavy_top_r3xso3_initialize. */
 void heavy_top_r3xso3_default_state(heavy_top_r3xso3_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
+/* Take t, q and v from the state and make the rest of it consistent with them; count
+ * and statistics restart.
  * q and v are brought onto the constraints first, by the nearest change in the metric of M.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
-heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
+/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
+ * settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call heavy_top_r3xso3_initialize. */
-heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot, lam) of
- * 23 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 23 numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: 1 * steps + 1 rows.
  * 0 steps: the row of the state as it is.
  */
-heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
-    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
-
+heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
+    long *recorded);
 #ifdef __cplusplus
 }
 #endif

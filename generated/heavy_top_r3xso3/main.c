@@ -16,13 +16,15 @@ static int set_by_name(const char *text, heavy_top_r3xso3_parameters *p)
 {
     const char *equals = strchr(text, '=');
     (void)p;
-    fprintf(stderr, "usage error: '%.*s': this model has neither tunable parameters nor inputs\n", (int)(equals - text), text);
+    fprintf(stderr, "usage error: '%.*s': this model has neither tunable parameters nor inputs\n",
+        (int)(equals - text), text);
     return 2;
 }
 
-/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all. Times are those of the
- * grid, so that a step's first row is to the bit the last one of the step before. */
-static const real *inputs_over_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state, real step)
+/* The inputs over the next step, row after row; NULL where there are none, or the scene's formulas say them all.
+ * Times are those of the grid, so that a step's first row is to the bit the last one of the step before. */
+static const real *inputs_over_step(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state,
+    real step)
 {
     (void)p;
     (void)state;
@@ -53,8 +55,10 @@ static void print_row(const heavy_top_r3xso3_state *state)
     printf("\n");
 }
 
-/* heavy_top_r3xso3 [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every so many steps, and at the
- * end, t, q, v, vdot, lam as CSV. A last step that would pass the end is shortened to end there. */
+/* heavy_top_r3xso3 [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints
+ * every so
+ * many steps, and at the end, t, q, v, vdot, lam as CSV. A last step that would pass
+ * the end is shortened to end there. */
 int main(int argc, char **argv)
 {
     static heavy_top_r3xso3_workspace work;
@@ -82,8 +86,11 @@ int main(int argc, char **argv)
     if (words[1] != NULL)
         settings.step = (real)atof(words[1]);
     every = words[2] != NULL ? atol(words[2]) : 1;
-    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1 || duration / (double)settings.step > 1e15) {
-        fprintf(stderr, "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n", argv[0]);
+    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1
+        || duration / (double)settings.step > 1e15) {
+        fprintf(stderr,
+            "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n",
+            argv[0]);
         return 2;
     }
     steps = (long)(duration / (double)settings.step + 0.5);
@@ -122,7 +129,8 @@ int main(int argc, char **argv)
         }
     }
     if (status != HEAVY_TOP_R3XSO3_OK) {
-        fprintf(stderr, "%s: stopped at t = %.17g: %s\n", argv[0], (double)state.t, heavy_top_r3xso3_status_text(status));
+        fprintf(stderr, "%s: stopped at t = %.17g: %s\n", argv[0], (double)state.t,
+            heavy_top_r3xso3_status_text(status));
         return 6;
     }
     return EXIT_SUCCESS;

@@ -31,7 +31,8 @@ void pendulum_on_shaking_base_coupling(const real *q, const real *v, real *restr
     h[0] = K(0.0);
 }
 
-void pendulum_on_shaking_base_force(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *restrict Q)
+void pendulum_on_shaking_base_force(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base,
+    real *restrict Q)
 {
     (void)v;
     (void)base;
@@ -39,7 +40,8 @@ void pendulum_on_shaking_base_force(const real *q, const real *v, const pendulum
     Q[0] = -(K(0.73575) * EG_SIN(q[0]));
 }
 
-void pendulum_on_shaking_base_base_motion(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *restrict b)
+void pendulum_on_shaking_base_base_motion(const real *q, const real *v,
+    const pendulum_on_shaking_base_base_state *base, real *restrict b)
 {
     (void)v;
     real x1, x2;
@@ -48,7 +50,8 @@ void pendulum_on_shaking_base_base_motion(const real *q, const real *v, const pe
     b[0] = K(0.075) * (x1 * base->velocity_dot[2] + x2 * base->velocity_dot[0]);
 }
 
-void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict tau)
+void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, const real *a,
+    const pendulum_on_shaking_base_base_state *base, real *restrict tau)
 {
     (void)v;
     real x1, x2;
@@ -58,7 +61,8 @@ void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, con
     tau[0] = x3 + K(0.01875) * a[0];
 }
 
-void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *restrict vdot)
+void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v,
+    const pendulum_on_shaking_base_base_state *base, real *restrict vdot)
 {
     (void)v;
     real x1, x2;
@@ -67,12 +71,14 @@ void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v, con
     vdot[0] = -(K(4.0) * (x2 * base->velocity_dot[0] + x1 * (K(9.81) + base->velocity_dot[2])));
 }
 
-void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict r)
+void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a,
+    const pendulum_on_shaking_base_base_state *base, real *restrict r)
 {
     pendulum_on_shaking_base_inverse_dynamics(q, v, a, base, r);
 }
 
-void pendulum_on_shaking_base_partials(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict K, real *restrict C, real *restrict M)
+void pendulum_on_shaking_base_partials(const real *q, const real *v, const real *a,
+    const pendulum_on_shaking_base_base_state *base, real *restrict K, real *restrict C, real *restrict M)
 {
     (void)v;
     (void)a;
@@ -97,7 +103,8 @@ void pendulum_on_shaking_base_poses(const real *q, const pendulum_on_shaking_bas
     pose[0] = x2;
 }
 
-void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *restrict twist)
+void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base,
+    real *restrict twist)
 {
     twist[0] = K(0.0);
     twist[1] = -v[0];
@@ -109,7 +116,8 @@ void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulu
     twist[5] = -(x1 * base->velocity[0] - x2 * base->velocity[2]);
 }
 
-void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base, real *restrict y)
+void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base,
+    real *restrict y)
 {
     (void)v;
     y[1] = base->position[1];
@@ -122,7 +130,8 @@ void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendul
     y[3] = q[0] - K(3.141592653589793);
 }
 
-void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a, const pendulum_on_shaking_base_base_state *base, real *restrict energy)
+void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a,
+    const pendulum_on_shaking_base_base_state *base, real *restrict energy)
 {
     energy[2] = K(0.0);
     real x1, x2;

@@ -52,68 +52,91 @@ void pendulum_on_shaking_base_initial_state(eomgen_real *q, eomgen_real *v, eomg
 
 /* inertia matrix M(q), symmetric, full
  *   M [1 x 1]  inertia matrix
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void pendulum_on_shaking_base_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [1]  nonlinear coupling vector
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void pendulum_on_shaking_base_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [1]  generalized force
- *   0 additions, 1 multiplications, 0 divisions, 1 functions */
-void pendulum_on_shaking_base_force(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *Q);
+ *   0 additions, 1 multiplications,
+ * 0 divisions, 1 functions */
+void pendulum_on_shaking_base_force(const eomgen_real *q, const eomgen_real *v,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *Q);
 
 /* base-motion terms b: inertia terms that vanish when the base is at rest
  *   b [1]  base-motion terms
- *   1 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_base_motion(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *b);
+ *   1 additions, 3 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_base_motion(const eomgen_real *q, const eomgen_real *v,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *b);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [1]  generalized force that the motion a needs
- *   3 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *tau);
+ *   3 additions, 4 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [1]  time derivative of v
- *   2 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_forward_dynamics(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *vdot);
+ *   2 additions, 3 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_forward_dynamics(const eomgen_real *q, const eomgen_real *v,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [1]  residual
- *   3 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *r);
+ *   3 additions, 4 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [1 x 1]  d residual / dq, left-trivialised
  *   C [1 x 1]  d residual / dv
  *   M [1 x 1]  d residual / da
- *   2 additions, 3 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *K, eomgen_real *C, eomgen_real *M);
+ *   2 additions, 3 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
- *   0 additions, 1 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_poses(const eomgen_real *q, const pendulum_on_shaking_base_base_state *base, eomgen_real *pose);
+ *   0 additions, 1 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_poses(const eomgen_real *q, const pendulum_on_shaking_base_base_state *base,
+    eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
- *   2 additions, 4 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_twists(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *twist);
+ *   2 additions, 4 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_twists(const eomgen_real *q, const eomgen_real *v,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
- *   3 additions, 2 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_outputs(const eomgen_real *q, const eomgen_real *v, const pendulum_on_shaking_base_base_state *base, eomgen_real *y);
+ *   3 additions, 2 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_outputs(const eomgen_real *q, const eomgen_real *v,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   16 additions, 34 multiplications, 0 divisions, 2 functions */
-void pendulum_on_shaking_base_energy(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, const pendulum_on_shaking_base_base_state *base, eomgen_real *energy);
+ *   16 additions, 34 multiplications,
+ * 0 divisions, 2 functions */
+void pendulum_on_shaking_base_energy(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    const pendulum_on_shaking_base_base_state *base, eomgen_real *energy);
 
 /* motion of the base at time t
- *   0 additions, 4 multiplications, 0 divisions, 2 functions */
+ *   0 additions, 4 multiplications,
+ * 0 divisions, 2 functions */
 void pendulum_on_shaking_base_base(eomgen_real t, pendulum_on_shaking_base_base_state *base);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
@@ -121,17 +144,21 @@ void pendulum_on_shaking_base_base(eomgen_real t, pendulum_on_shaking_base_base_
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum pendulum_on_shaking_base_status {
     PENDULUM_ON_SHAKING_BASE_OK = 0,
-    PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED = 1,
     PENDULUM_ON_SHAKING_BASE_SINGULAR = 2, /* the mass or iteration matrix is singular */
     PENDULUM_ON_SHAKING_BASE_NOT_FINITE = 3, /* a value became infinite or not a number */
-    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT = 4,
+    /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    PENDULUM_ON_SHAKING_BASE_ROTATION_TOO_LARGE = 5
 } pendulum_on_shaking_base_status;
 
 typedef struct pendulum_on_shaking_base_settings {
     eomgen_real step; /* s, of the time grid, fixed */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real rtol;
     eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
     long max_halvings; /* of a step that fails with a fresh matrix */
@@ -174,7 +201,8 @@ typedef struct pendulum_on_shaking_base_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } pendulum_on_shaking_base_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
+/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
+ * one is). */
 typedef struct pendulum_on_shaking_base_workspace {
     eomgen_real unknown[1];      /* E, step lam */
     eomgen_real increment[1];     /* the exponent is step * increment */
@@ -182,10 +210,14 @@ typedef struct pendulum_on_shaking_base_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    eomgen_real unit[1], per_unit[1]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[1], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
-    eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real numbers[3];     /* of the partials, and their products with T */
+    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real unit[1], per_unit[1];
+    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    eomgen_real rounding[1], rounding_decay;
+    /* of the step, in these units */
+    eomgen_real speed[1];
+    /* of the partials, and their products with T */
+    eomgen_real numbers[3];
     eomgen_real tangents[1];
     eomgen_real entries[1];     /* nonzeros of the iteration matrix */
     eomgen_real factors[1];
@@ -199,8 +231,10 @@ typedef struct pendulum_on_shaking_base_workspace {
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */
-    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
-    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    eomgen_real extra_iterations, last_extra_iterations;
+    /* steps with factors of their own before reuse is tried again: in all, and left */
+    long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     pendulum_on_shaking_base_base_state base;
     eomgen_real q[1];
@@ -214,27 +248,35 @@ const char *pendulum_on_shaking_base_status_text(pendulum_on_shaking_base_status
 /* The method's defaults; the step is 0.0002 s. */
 void pendulum_on_shaking_base_default_settings(pendulum_on_shaking_base_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the rest is left to pendulum_on_shaking_base_initialize. */
+/* The scene's initial configuration and velocity at t = 0; the
+ * rest is left to pendulum_on_shaking_base_initialize. */
 void pendulum_on_shaking_base_default_state(pendulum_on_shaking_base_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
+/* Take t, q and v from the state and make the rest of it consistent with them; count
+ * and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
-pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
+/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
+ * settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call pendulum_on_shaking_base_initialize. */
-pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 4 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 4 numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: 1 * steps + 1 rows.
  * 0 steps: the row of the state as it is.
  */
-pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work,
-    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
-
+pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, long steps, long record_every, const eomgen_real *u_table,
+        eomgen_real *record,
+    long *recorded);
 #ifdef __cplusplus
 }
 #endif

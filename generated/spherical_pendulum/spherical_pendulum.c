@@ -89,7 +89,8 @@ void spherical_pendulum_residual(const real *q, const real *v, const real *a, re
     spherical_pendulum_inverse_dynamics(q, v, a, r);
 }
 
-void spherical_pendulum_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C, real *restrict M)
+void spherical_pendulum_partials(const real *q, const real *v, const real *a, real *restrict K, real *restrict C,
+    real *restrict M)
 {
     (void)a;
     K[1] = K(0.0);

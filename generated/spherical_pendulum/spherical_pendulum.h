@@ -42,59 +42,72 @@ void spherical_pendulum_initial_state(eomgen_real *q, eomgen_real *v, eomgen_rea
 
 /* inertia matrix M(q), symmetric, full
  *   M [3 x 3]  inertia matrix
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [3]  nonlinear coupling vector
- *   2 additions, 6 multiplications, 0 divisions, 0 functions */
+ *   2 additions, 6 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [3]  generalized force
- *   2 additions, 6 multiplications, 0 divisions, 0 functions */
+ *   2 additions, 6 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [3]  generalized force that the motion a needs
- *   10 additions, 13 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
+ *   10 additions, 13 multiplications,
+ * 0 divisions, 0 functions */
+void spherical_pendulum_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
+    eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [3]  time derivative of v
- *   6 additions, 14 multiplications, 0 divisions, 0 functions */
+ *   6 additions, 14 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [3]  residual
- *   10 additions, 13 multiplications, 0 divisions, 0 functions */
+ *   10 additions, 13 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [3 x 3]  d residual / dq, left-trivialised
  *   C [3 x 3]  d residual / dv
  *   M [3 x 3]  d residual / da
- *   10 additions, 19 multiplications, 0 divisions, 0 functions */
-void spherical_pendulum_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
+ *   10 additions, 19 multiplications,
+ * 0 divisions, 0 functions */
+void spherical_pendulum_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K,
+    eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of each body
- *   0 additions, 0 multiplications, 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* the scene_s named outputs
  *   y [4]  named outputs, in order
- *   10 additions, 20 multiplications, 0 divisions, 0 functions */
+ *   10 additions, 20 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   7 additions, 13 multiplications, 0 divisions, 0 functions */
+ *   7 additions, 13 multiplications,
+ * 0 divisions, 0 functions */
 void spherical_pendulum_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
@@ -102,17 +115,21 @@ void spherical_pendulum_energy(const eomgen_real *q, const eomgen_real *v, eomge
 /* What a call came to. On anything but OK the state is the last good one. */
 typedef enum spherical_pendulum_status {
     SPHERICAL_PENDULUM_OK = 0,
-    SPHERICAL_PENDULUM_NOT_CONVERGED = 1, /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
+    SPHERICAL_PENDULUM_NOT_CONVERGED = 1,
     SPHERICAL_PENDULUM_SINGULAR = 2, /* the mass or iteration matrix is singular */
     SPHERICAL_PENDULUM_NOT_FINITE = 3, /* a value became infinite or not a number */
-    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4, /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
-    SPHERICAL_PENDULUM_ROTATION_TOO_LARGE = 5 /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    /* a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table */
+    SPHERICAL_PENDULUM_BAD_ARGUMENT = 4,
+    /* a body turns by more than 0.9 of a full turn within one step; reduce the step */
+    SPHERICAL_PENDULUM_ROTATION_TOO_LARGE = 5
 } spherical_pendulum_status;
 
 typedef struct spherical_pendulum_settings {
     eomgen_real step; /* s, of the time grid, fixed */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    eomgen_real rtol; /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
+    eomgen_real rtol;
     eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
     long max_iterations; /* per attempt */
     long max_halvings; /* of a step that fails with a fresh matrix */
@@ -155,7 +172,8 @@ typedef struct spherical_pendulum_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } spherical_pendulum_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static one is). */
+/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
+ * one is). */
 typedef struct spherical_pendulum_workspace {
     eomgen_real unknown[3];      /* E, step lam */
     eomgen_real increment[3];     /* the exponent is step * increment */
@@ -163,10 +181,14 @@ typedef struct spherical_pendulum_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    eomgen_real unit[3], per_unit[3]; /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
-    eomgen_real rounding[3], rounding_decay; /* what rounding was seen to change each unknown by, and the factor by which that still counts */
-    eomgen_real speed[1];            /* of the step, in these units */
-    eomgen_real numbers[33];     /* of the partials, and their products with T */
+    /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
+    eomgen_real unit[3], per_unit[3];
+    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    eomgen_real rounding[3], rounding_decay;
+    /* of the step, in these units */
+    eomgen_real speed[1];
+    /* of the partials, and their products with T */
+    eomgen_real numbers[33];
     eomgen_real tangents[9];
     eomgen_real entries[7];     /* nonzeros of the iteration matrix */
     eomgen_real factors[7];
@@ -180,8 +202,10 @@ typedef struct spherical_pendulum_workspace {
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */
-    eomgen_real extra_iterations, last_extra_iterations; /* iterations beyond fresh_iterations: of all these steps, and of the last one */
-    long refactor_interval, refactor_steps_left; /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* iterations beyond fresh_iterations: of all these steps, and of the last one */
+    eomgen_real extra_iterations, last_extra_iterations;
+    /* steps with factors of their own before reuse is tried again: in all, and left */
+    long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     eomgen_real q[4];
     eomgen_real v[3];
@@ -194,27 +218,34 @@ const char *spherical_pendulum_status_text(spherical_pendulum_status status);
 /* The method's defaults; the step is 0.001 s. */
 void spherical_pendulum_default_settings(spherical_pendulum_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the rest is left to spherical_pendulum_initialize. */
+/* The scene's initial configuration and velocity at t = 0; the
+ * rest is left to spherical_pendulum_initialize. */
 void spherical_pendulum_default_state(spherical_pendulum_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count and statistics restart.
+/* Take t, q and v from the state and make the rest of it consistent with them; count
+ * and statistics restart.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
-spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the settings' is made
+/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
+ * settings' is made
  * consistent with them first, and its time grid starts anew. u_table as above.
  * After t, q or v of the state have been changed by hand, call spherical_pendulum_initialize. */
-spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, const eomgen_real *u_table);
 
 /* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 11 numbers is appended to record, and *recorded counts them; record may be NULL. u_table: 1 * steps + 1 rows.
+ * 11 numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: 1 * steps + 1 rows.
  * 0 steps: the row of the state as it is.
  */
-spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p, const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
-    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
-
+spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
+    long *recorded);
 #ifdef __cplusplus
 }
 #endif

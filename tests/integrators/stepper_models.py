@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.codegen.targets.c.target import environment, stepper_template
+from eomgen.codegen.targets.c.stepper import stepper_names, stepper_template
+from eomgen.codegen.targets.c.target import environment
 from eomgen.integrators.methods import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.samples import Samples
@@ -492,8 +493,10 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
         arguments += [f"{P}_base_state *base"] if name == "base" else [f"real *out{o}" for o in outputs]
         declarations += f"void {P}_{name}({', '.join(arguments)});\n"
 
+    names = stepper_names(program)
+
     def render(template: str) -> str:
-        return environment().get_template(template).render(program=program, prefix=P, upper=N)
+        return environment().get_template(template).render(program=program, prefix=P, upper=N, **names)
 
     header = f"""#ifndef {N}_H
 #define {N}_H

@@ -1,7 +1,8 @@
-"""Assembly of a large iteration matrix: entries that are made the same way are made by one loop, however many there are."""
+"""Assembly of an iteration matrix: entry by entry; of a large one, entries that are made the same way in one loop."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,27 +13,33 @@ from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
-#: Kinds of solvers whose matrix is assembled this way; that of small ones is written out entry by entry.
-LOOPED = ("tables", "fronts")
+#: Kinds of solvers whose matrix is assembled by loops.
+_LOOPED = ("tables", "fronts")
 _ONE = WEIGHTS.index("one")
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """Loops over blocks ``weights``, ``numbers``, ``tangents`` and ``jacobian``; the entries are output 0."""
+    """Statements over blocks ``weights``, ``numbers``, ``tangents`` and ``jacobian``; the entries are output 0.
+
+    Products with T go into the workspace, in loops, or behind the other numbers, which are output 1 then.
+    """
 
     statements: tuple[Statement, ...]
+    looped: bool
     workspace: int
 
 
 def assembly(solver: Mapping[str, Any]) -> Assembly:
-    """Return the loops that fill the entries of the matrix.
+    """Return the statements that fill the entries of the matrix.
 
     Parameters
     ----------
     solver : ``Program.method["solver"]``
-        ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms: ``integrators.iteration_matrix.Terms``
+        ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms: ``integrators.newton.matrix.Terms``
     """
+    if solver["kind"] not in _LOOPED:
+        return Assembly(tuple(_written_out(solver)), False, 0)
     first = int(solver["numbers"])
 
     def source(number: int) -> tuple[str, int]:
@@ -49,7 +56,39 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
         blocks = tuple(block for block, _ in reads)
         shape = ("entry", tuple(weight for weight, _ in linear), tuple(weight for weight, _, _ in products), blocks)
         loops.add(shape, reads, (0, place))
-    return Assembly(tuple(loops.statements()), len(solver["moved"]))
+    return Assembly(tuple(loops.statements()), True, len(solver["moved"]))
+
+
+def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
+    """Return one statement for each product with T and for each entry."""
+
+    def product(factor: Expression, block: str, number: int) -> Expression:
+        return ("MUL", factor, ("in", block, number))
+
+    def weighted(weight: int, value: Expression) -> Expression:
+        return value if weight == _ONE else ("MUL", ("in", "weights", weight), value)
+
+    def total(summands: Sequence[Expression]) -> Expression:
+        return functools.reduce(lambda left, right: ("ADD", left, right), summands)
+
+    result = []
+    for place, row in enumerate(solver["moved"], solver["numbers"]):
+        moved = total([product(("in", "numbers", number), "tangents", tangent) for number, tangent in row])
+        result.append(Statement("out", (1, place, moved)))
+    for place, entry in enumerate(solver["entries"]):
+        parts = [weighted(weight, ("in", "numbers", number)) for weight, number in entry["linear"]]
+        value: Expression | None = total(parts) if parts else None
+        for weight in sorted({weight for weight, _, _ in entry["products"]}):
+            chosen = [(number, nonzero) for of, number, nonzero in entry["products"] if of == weight]
+            terms = [product(("in", "numbers", number), "jacobian", nonzero) for number, nonzero in chosen]
+            if value is not None:
+                value = ("SUB", value, weighted(weight, total(terms)))
+            elif weight == _ONE:
+                value = ("neg", total(terms))
+            else:
+                value = ("MUL", ("neg", ("in", "weights", weight)), total(terms))
+        result.append(Statement("out", (0, place, ("K", 0.0) if value is None else value)))
+    return result
 
 
 class _Loops:

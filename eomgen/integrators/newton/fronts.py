@@ -134,8 +134,9 @@ class _Front:
         """Return what a front does, in numbers of its own.
 
         ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of each;
-        ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, and ``below`` for each row its factor and what it ``updates``
-        (factor, by which of ``upper``) and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
+        ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, the ``columns`` [front, offset] that both are in, and
+        ``below`` for each row its factor and what it ``updates`` (factor, by which of ``upper``)
+        and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
         for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own position,
         diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
         """
@@ -154,7 +155,8 @@ class _Front:
                     }
                 )
             upper = [self.number[pivot, k] for k in self.upper[pivot]]
-            steps.append({"diagonal": self.number[pivot, pivot], "upper": upper, "below": rows})
+            columns = [list(self.local[k]) for k in (pivot, *self.upper[pivot])]
+            steps.append({"diagonal": self.number[pivot, pivot], "upper": upper, "columns": columns, "below": rows})
         targets = [(front_of[min(place)], place) for place in self.targets]
         return {
             "size": len(self.own),

@@ -15,6 +15,11 @@ _SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
 _OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
 
 
+def indented(lines: Sequence[str], depth: int) -> str:
+    """Return lines as text, four spaces for each level, each line ended."""
+    return "".join(f"{'    ' * depth}{line}\n" for line in lines)
+
+
 def number(value: float) -> str:
     """Return the shortest text that reads back as the same double."""
     return repr(float(value))
@@ -211,3 +216,13 @@ class Printer:
     @staticmethod
     def _copy(target: str, source: str, length: int) -> list[str]:
         return [f"for (i = 0; i < {length}; ++i) {{", f"    {target} = {source};", "}"]
+
+
+class BranchingPrinter(Printer):
+    """Prints for numbers that are never lanes: a choice is a branch, so what is not chosen is not computed."""
+
+    def _print(self, expression: Expression) -> tuple[str, int]:
+        if not isinstance(expression, int) and expression[0] == "SELECT":
+            condition, chosen, other = (self._print(operand)[0] for operand in expression[1:])
+            return f"({condition} != K(0.0) ? {chosen} : {other})", _ATOM
+        return super()._print(expression)

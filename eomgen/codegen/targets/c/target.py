@@ -5,21 +5,20 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
-from typing import Any
 
 import jinja2
 
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
-from eomgen.codegen.scheduling.matrix_assembly import LOOPED, assembly
+from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.targets.c.naming import CNames, c_string, comment
-from eomgen.codegen.targets.c.printer import COUNTING, Printer, number
+from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
+from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.integrators.families.register import family_named
-from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.resources import template_folder
 
 MANIFEST = "manifest.json"
@@ -61,7 +60,6 @@ def environment() -> jinja2.Environment:
     env.filters["c_string"] = c_string
     env.filters["number"] = number
     env.filters["described"] = _described
-    env.filters["assembly"] = _assembly
     env.tests["contains"] = lambda container, item: item in container
     return env
 
@@ -73,20 +71,6 @@ def _described(named: Named) -> str:
     return f" /* {comment(named.name)}{unit}{meaning} */"
 
 
-def _assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the statements that assemble a large iteration matrix, and their workspace; nothing where it is written out."""
-    if solver["kind"] not in LOOPED:
-        return {}
-    made = assembly(solver)
-    arrays = {"numbers": "numbers[{}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
-    inputs: dict[str, str | Sequence[str]] = {**arrays, "weights": [f"c->{name}" for name in WEIGHTS]}
-    return {"statements": _indented(Printer(inputs, ["S"]).lines(made.statements), 1), "workspace": made.workspace}
-
-
-def _indented(lines: list[str], depth: int) -> str:
-    return "".join(f"{'    ' * depth}{line}\n" for line in lines)
-
-
 class _Context:
     """What every template of a Program sees."""
 
@@ -94,6 +78,7 @@ class _Context:
         self.program = program
         self.c = CNames(program)
         self.files = plan_files(program, file_limit)
+        self.stepper = stepper_names(program) if program.method else {}
 
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
@@ -101,15 +86,15 @@ class _Context:
         statements = function.parts[part].statements
         declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
         printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=self.c.constant_macros())
-        return _indented([*declared, *printer.lines(statements)], 1)
+        return indented([*declared, *printer.lines(statements)], 1)
 
     def kernel(self, loop: ProgramLoop) -> str:
         """Return what one element of a loop computes."""
-        return _indented(Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements), 2)
+        return indented(Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements), 2)
 
     def render(self, template: str, **extra: object) -> str:
         program = self.program
-        return (
+        text = (
             environment()
             .get_template(template)
             .render(
@@ -121,9 +106,11 @@ class _Context:
                 split=len(self.files) > 1,
                 body=self.body,
                 kernel=self.kernel,
+                **self.stepper,
                 **extra,
             )
         )
+        return text if template.endswith(".md.jinja") else folded(text)
 
 
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
@@ -146,7 +133,9 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     files["eomgen_real.h"] = context.render("c/model/eomgen_real.h.jinja")
     files["main.c"] = context.render("c/main/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))
-    files["README.md"] = context.render("c/main/README.md.jinja", command=compile_command(program, sources))
+    files["README.md"] = context.render(
+        "c/main/README.md.jinja", command=compile_command(program, sources), examples=_examples(program)
+    )
     files[MANIFEST] = _manifest(program, files)
     return files
 
@@ -173,6 +162,11 @@ def fingerprint(files: Mapping[str, str]) -> str:
 def compile_command(program: Program, sources: list[str]) -> str:
     """Return the command that compiles the stand-alone folder with the bits of the ``reproducible`` profile."""
     return f"cc -std=c99 -O2 -ffp-contract=off {' '.join(sources)} -o {program.prefix} -lm"
+
+
+def _examples(program: Program) -> str:
+    """Return arguments that set the first parameters and inputs to the values that they have."""
+    return "".join(f" {comment(named.name)}={named.value:.6g}" for named in (*program.parameters, *program.inputs)[:2])
 
 
 def _manifest(program: Program, files: Mapping[str, str]) -> str:

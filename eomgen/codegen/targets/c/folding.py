@@ -1,0 +1,74 @@
+"""Lines of C that are too long are folded: names and numbers of a model decide how long they are, which no template can know."""
+
+from __future__ import annotations
+
+import re
+
+#: Characters in a line.
+WIDTH = 120
+
+_INDENT = "    "
+_COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
+#: Where a line may end: behind a comma or an assignment, before an operator.
+_BREAK = re.compile(r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))")
+#: What no break may be in: texts and comments.
+_CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
+
+
+def folded(text: str) -> str:
+    """Return C text with no line longer than WIDTH, but for directives and texts that cannot be cut."""
+    if all(len(line) <= WIDTH for line in text.split("\n")):
+        return text
+    return "\n".join(piece for line in text.split("\n") for piece in _pieces(line))
+
+
+def _pieces(line: str) -> list[str]:
+    if len(line) <= WIDTH or line.lstrip().startswith("#") or line.endswith("\\"):
+        return [line]
+    if _COMMENT_LINE.match(line):
+        return _folded_comment(line)
+    indent = line[: len(line) - len(line.lstrip())]
+    behind = re.search(r"\s*(/\*[^\"]*\*/)$", line)
+    if behind and not re.search(r"\*/|/\*", line[: behind.start()]):
+        return [*_pieces(indent + behind[1]), *_pieces(line[: behind.start()])]
+    return _folded_code(line, indent + _INDENT)
+
+
+def _folded_comment(line: str) -> list[str]:
+    """Break between words; further lines begin with a star below the first one."""
+    indent = line[: len(line) - len(line.lstrip())]
+    prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
+    pieces = []
+    while len(line) > WIDTH:
+        place = line.rfind(" ", len(prefix) + 1, WIDTH + 1)
+        if line[place + 1 :] == "*/":
+            place = line.rfind(" ", len(prefix) + 1, place)
+        if place < 0:
+            break
+        pieces.append(line[:place].rstrip())
+        line = prefix + line[place + 1 :].lstrip()
+    return [*pieces, line]
+
+
+def _folded_code(line: str, indent: str) -> list[str]:
+    """Break where the fewest brackets are open, as late as that allows, in the second half of the line if at all possible."""
+    pieces = []
+    while len(line) > WIDTH:
+        closed = [match.span() for match in _CLOSED.finditer(line)]
+        start = len(line) - len(line.lstrip())
+        found = [
+            match.start() for match in _BREAK.finditer(line, start, WIDTH + 1)
+            if match.start() <= WIDTH and not any(first < match.start() < last for first, last in closed)
+        ]  # fmt: skip
+        if not found:  # a long name of a function with one long argument
+            place = line.rfind("(", start, WIDTH) + 1
+            if place == 0 or any(first < place < last for first, last in closed):
+                break
+            pieces.append(line[:place])
+            line = indent + line[place:]
+            continue
+        late = [place for place in found if place > WIDTH // 2] or found[-1:]
+        place = min(late, key=lambda place: (line.count("(", 0, place) - line.count(")", 0, place), -place))
+        pieces.append(line[:place])
+        line = indent + line[place + 1 :]
+    return [*pieces, line]

@@ -1,0 +1,349 @@
+"""What templates of steppers print beside the Program: sizes under short names, choices, calls, finished statements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from eomgen.codegen.program import Expression, ProgramFunction, Statement
+from eomgen.codegen.scheduling.matrix_assembly import assembly
+from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
+from eomgen.integrators.newton.matrix import WEIGHTS
+
+#: Nonzeros of B, and velocity components, up to which the increment of the configuration is written out.
+WRITTEN_OUT = (300, 100)
+
+
+class StepperProgram(Protocol):
+    """What is asked of a Program."""
+
+    @property
+    def prefix(self) -> str: ...
+    @property
+    def sizes(self) -> Mapping[str, int]: ...
+    @property
+    def parameters(self) -> Sequence[Any]: ...
+    @property
+    def method(self) -> Mapping[str, Any]: ...
+    @property
+    def angles(self) -> tuple[str, ...]: ...
+    @property
+    def function_names(self) -> tuple[str, ...]: ...
+    def function(self, name: str) -> ProgramFunction: ...
+
+
+def stepper_names(program: StepperProgram) -> dict[str, Any]:
+    """Return what every template of a stepper may name, beside ``program``.
+
+    ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q that are
+    stepped without whole turns; ``wrapped``: a step has another around it, which knows turns or angles; ``begin``: what a run
+    begins with; ``remembers``: a state holds the inputs and parameters of its accelerations; ``rotations``: runs of the
+    configuration that are rotations or poses; ``blocks`` of a state, with sizes; ``kernels``: functions on the groups;
+    ``number, call, copy_state, finite``: see ``Calls``.
+    With constraints also ``un``: the unknowns; ``nl, nh``: rows, and holonomic ones; ``ni``: independent components; ``point``:
+    arguments.
+    """
+    prefix, sizes, method = program.prefix, program.sizes, program.method
+    calls = Calls(program)
+    wrapped = bool(method["turning"] or program.angles)
+    names: dict[str, Any] = {
+        "P": prefix,
+        "N": prefix.upper(),
+        "nq": sizes["q"],
+        "nv": sizes["v"],
+        "nz": sizes["z"],
+        "nu": sizes["u"],
+        "method": method,
+        "turns": method["turning"],
+        "wrapped": wrapped,
+        "begin": f"{prefix}_{'begin' if wrapped else 'initialize'}",
+        "remembers": method["remembers"],
+        "nl": sum(size for name, size in method["row"] if name == "lam"),
+        "rotations": [run for run in method["lie"]["runs"] if run["group"] != "R"],
+        "blocks": [(block, sizes[block]) for block in ("q", "v", "z") if block != "z" or sizes["z"]],
+        "kernels": _kernels(method),
+        "number": calls.number,
+        "call": calls.call,
+        "copy_state": calls.copy_state,
+        "finite": calls.finite,
+    }
+    if "unknowns" in method:
+        un = method["unknowns"]
+        names |= {"un": un, "nh": un["holonomic"], "ni": un["v"] - un["lam"], "point": POINT}
+    if "solver" in method:
+        names |= _newton(program) | {"differ": calls.differ, "copied": calls.copied, "evaluate_residual": calls.residual}
+    if "room" in method:
+        texts = {"angle": "angles and quaternions, which 1 rad is large for", "length": "lengths"}
+        kinds = ", and ".join(texts[kind["name"]] for kind in method["kinds"])
+        names |= {"call_series": calls.series, "norm": calls.norm, "kinds_compared": kinds}
+    return names
+
+
+def _newton(program: StepperProgram) -> dict[str, Any]:
+    """Return what the templates of implicit steps choose by.
+
+    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``direct``: accelerations are a function of the model;
+    ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the constraints in each
+    iteration; ``spatial, exponentials``: variants; ``by_radius``: one number gives all coefficients; ``matrix``: what fills the
+    iteration matrix; ``partials``: where its numbers begin; ``moved``: statements of the increment, where it is written out;
+    ``violation``: of row i of Phi; ``jacobian``: B at the start of a step; ``nonzeros_of_B``: their rows and columns;
+    ``good_settings``: the test of settings; ``tolerance`` of velocities, ``rounding`` of them and ``multiplier_rounding``;
+    ``unrolled`` rows and ``substitution`` of an elimination that is written out; ``kinds`` of one by fronts; ``iterate``:
+    arguments.
+    """
+    method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
+    constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
+    functions = program.function_names
+    return {
+        "solver": solver,
+        "scaled": bool(solver["inertia"]),
+        "direct": not constrained and "forward_dynamics" in functions,
+        "perturbed": holonomic and not stabilised,
+        "held": constrained and (stabilised or not holonomic) and "constraint_velocity" in functions,
+        "spatial": method["variant"] == "spatial",
+        "exponentials": method["variant"] in ("F1", "F2"),
+        "by_radius": "rho_inf" in method["parameters"],
+        "matrix": _assembled(solver),
+        "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
+        "moved": _increment(method),
+        "iterate": ITERATE,
+        "violation": f"work->right[{un['phi']} + i]" if stabilised else "work->constraint[i]",
+        "jacobian": "work->jacobian" if stabilised else "NULL",
+        "right_is_finite": " && ".join(
+            f"{program.prefix}_finite(work->right{place}, {size})"
+            for place, size in (("", un["v"]), (f" + {un['first_z']}", program.sizes["z"]))
+            if size
+        ),
+        "entries_are_finite": f"{program.prefix}_finite(work->entries, {len(solver['places'])})",
+        "nonzeros_of_B": ", ".join(f"{{ {row}, {column} }}" for row, column in solver["B"]),
+        "speed_rounding": f"K(4.0) * {program.prefix}_EPSILON * work->speed[0]",
+        "unit_numbers": ", ".join(str(int(i in method["quaternions"])) for i in range(program.sizes["q"])),
+        "spacing": "(unit[i] ? K(1.0) : EG_ABS(q[i]))" if method["quaternions"] else "EG_ABS(q[i])",
+        **_settings(program),
+        **_tolerances(program),
+        **_elimination(program),
+    }
+
+
+def _settings(program: StepperProgram) -> dict[str, str]:
+    """Return the conditions that settings must meet."""
+    method, finite = program.method, f"{program.prefix}_finite"
+    conditions = [f"{finite}(&s->step, 1)", "s->step > K(0.0)"]
+    if "rho_inf" in method["parameters"]:
+        below = method["rho_inf_below"]
+        conditions += ["s->rho_inf >= K(0.0)", f"s->rho_inf {'<= K(1.0)' if below is None else f'< {Calls.number(below)}'}"]
+    else:
+        conditions += ["s->alpha_m <= s->alpha_f", "s->alpha_f <= K(0.5)", "s->gamma >= K(0.5)", "s->beta > K(0.0)"]
+        conditions += [f"{finite}(&s->{name}, 1)" for name in ("alpha_m", "beta", "gamma")]
+    conditions += ["s->rtol >= K(0.0)", "s->atol >= K(0.0)", f"{finite}(&s->rtol, 1)", f"{finite}(&s->atol, 1)"]
+    conditions += ["s->rtol + s->atol > K(0.0)", "s->max_iterations > 0", "s->max_halvings >= 0", "s->max_halvings <= 30"]
+    return {"good_settings": " && ".join(conditions)}
+
+
+def _tolerances(program: StepperProgram) -> dict[str, str]:
+    """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a kind."""
+    un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
+    rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{'0' if scaled else 'turns[i]'}]"
+    with_positions = f"{rounding} + work->position_rounding" if un["holonomic"] else rounding
+    if un["holonomic"] and not un["eta"]:
+        tolerance = "(least * work->speed[0] + work->position_rounding) * work->unit[i]"
+        return {"tolerance": tolerance, "rounding": f"({with_positions}) * work->unit[i]", "multiplier_rounding": with_positions}
+    if scaled:
+        tolerance, rounding = "least * work->speed[0] * work->unit[i]", f"({rounding}) * work->unit[i]"
+    else:
+        tolerance = "least * work->speed[turns[i]]"
+    return {"tolerance": tolerance, "rounding": rounding, "multiplier_rounding": with_positions}
+
+
+def _elimination(program: StepperProgram) -> dict[str, Any]:
+    """Return the statements of an elimination whose pivots were chosen beforehand."""
+    solver, un = program.method["solver"], program.method["unknowns"]
+    data = solver.get("elimination", {})
+    smallest = f"{program.prefix}_SMALLEST_PIVOT"
+
+    def is_large(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> str:
+        """Return the test of a pivot, a_diagonal, against the rest of its row, in the units of the unknowns."""
+        if not upper:
+            return f"EG_ABS(a{diagonal}) > K(0.0)"
+        return f"EG_ABS(a{diagonal}){unit} > {smallest} * ({' + '.join(f'EG_ABS(a{slot}){other}' for slot, other in upper)})"
+
+    if "unrolled" in data:
+        rows, columns = data["rows"], data["columns"]
+        units = [f" * unit[{column}]" if column < un["size"] else " * K(1.0)" for column in columns]
+        made = []
+        forward, backward = [], []
+        for k, row in enumerate(data["unrolled"]):
+            test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
+            made.append({**row, "row": rows[k], "column": columns[k], "is_large": test})
+            right = f"{_row_scale(rows[k], un)} * r[{rows[k]}]" if rows[k] < un["size"] else "K(0.0)"
+            taken = "".join(f" - F[{slot}] * y{column}" for slot, column in row["lower"])
+            forward.append(f"const real y{k} = {right}{taken};")
+            taken = "".join(f" - F[{slot}] * x{column}" for slot, column in reversed(row["upper"]))
+            backward.append(f"const real x{k} = y{k} * F[{row['diagonal']}]{taken};")
+        found = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
+        text = indented([*forward, *reversed(backward)], 1)
+        return {"unrolled": made, "substitution": {"text": text, "solution": found}}
+    kinds = []
+    for kind in data.get("kinds", ()):
+        steps = []
+        for step in kind["steps"]:
+            units = [f" * {_front_place(local)}" if solver["inertia"] else "" for local in step["columns"]]
+            test = is_large(step["diagonal"], units[0], list(zip(step["upper"], units[1:], strict=True)))
+            steps.append({**step, "is_large": test})
+        kinds.append({**kind, "steps": steps})
+    return {"kinds": kinds}
+
+
+def _front_place(local: Sequence[int]) -> str:
+    """Return the text of a position: of the front itself, or of the k-th one that it reaches."""
+    front, offset = local
+    return f"y{front if front else ''}[{offset}]"
+
+
+def _row_scale(row: int, un: Mapping[str, int]) -> str:
+    """Return by what a row of the equations is multiplied."""
+    if row < un["v"] or row >= un["first_z"]:
+        return "scale->r"
+    return "scale->phi" if row < un["w"] else "scale->w"
+
+
+def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the group functions that a stepper calls: name, description, arguments and ``body``."""
+    tangents = {tangent["group"] for tangent in method["solver"]["tangents"]} if "solver" in method else set()
+    result = []
+    for kernel in method["lie"]["kernels"]:
+        what, _, group = kernel["name"].partition("_")
+        if what == "tangent" and group not in tangents:
+            continue
+        statements = [Statement("let", (place, value)) for place, value in kernel["statements"]]
+        statements += [Statement("out", (0, place, value)) for place, value in enumerate(kernel["results"])]
+        printer = BranchingPrinter({name: f"{name}[{{}}]" for name, _ in kernel["inputs"]}, ["out"])
+        arguments = ", ".join([*(f"const real *{name}" for name, _ in kernel["inputs"]), "real *out"])
+        result.append(
+            {
+                "name": kernel["name"], "description": kernel["description"], "arguments": arguments,
+                "body": indented(printer.lines(statements), 1),
+            }
+        )  # fmt: skip
+    return result
+
+
+def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the ``text`` that assembles an iteration matrix, whether it is ``looped``, and its ``workspace``."""
+    made = assembly(solver)
+    numbers = "numbers" if made.looped else "w"
+    inputs: dict[str, str | Sequence[str]] = {"numbers": f"{numbers}[{{}}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
+    inputs["weights"] = [f"c->{name}" for name in WEIGHTS]
+    text = indented(Printer(inputs, ["S", "w"]).lines(made.statements), 1)
+    return {"text": text, "looped": made.looped, "numbers": numbers, "workspace": made.workspace}
+
+
+def _increment(method: Mapping[str, Any]) -> str:
+    """Return the statements D = E - offset - W B_n^T eta where they are few, nothing where loops are to be printed."""
+    un, places = method["unknowns"], method["solver"]["B"]
+    if len(places) > WRITTEN_OUT[0] or un["v"] > WRITTEN_OUT[1]:
+        return ""
+    values: list[Expression] = [("in", "unknown", i) for i in range(un["v"])]
+    if method["variant"] != "F0":
+        values = [("SUB", value, ("in", "offset", i)) for i, value in enumerate(values)]
+    for place, (row, column) in enumerate(places if un["eta"] else ()):
+        if row < un["holonomic"]:
+            eta = ("in", "unknown", un["v"] + un["lam"] + row)
+            values[column] = ("SUB", values[column], ("MUL", ("in", "jacobian", place), eta))
+    printer = Printer({name: f"work->{name}[{{}}]" for name in ("unknown", "offset", "jacobian")}, ["work->increment"])
+    return indented(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
+
+
+#: What implicit steppers call the functions of a model with: their iterate.
+ITERATE = {
+    "p": "p", "t": "t", "q": "work->q", "v": "work->v", "a": "work->vdot", "z": "work->z", "lam": "work->lam", "u": "work->u",
+    "base": "&work->base",
+}  # fmt: skip
+
+
+#: What coordinate partitioning calls them with: a point on the way, at the accelerations of the dependent components alone.
+POINT = {
+    "p": "p", "t": "t", "q": "q", "v": "v", "a": "work->offset", "z": "work->z", "lam": "work->no_lam", "u": "work->u",
+    "base": "&work->base",
+}  # fmt: skip
+
+
+class Calls:
+    """Calls of functions, as texts: a stepper never assumes what a function takes or gives."""
+
+    def __init__(self, program: StepperProgram) -> None:
+        self.program = program
+
+    @staticmethod
+    def number(value: float) -> str:
+        """Return a constant."""
+        return f"K({number(value)})"
+
+    def call(self, name: str, arguments: Mapping[str, str], results: str | Mapping[str, str]) -> str:
+        """Return the call of a function of the model.
+
+        Parameters
+        ----------
+        arguments : the text for each input block
+        results : the text for each output, or one of a function with one output
+        """
+        function = self.program.function(name)
+        outputs = [results if isinstance(results, str) else results[output.name] for output in function.outputs]
+        return f"{self.program.prefix}_{name}({', '.join([*(arguments[block] for block in function.inputs), *outputs])});"
+
+    def finite(self, place: str, parts: str = "q v z") -> str:
+        """Return the condition that parts of a place are finite; those that begin with a are as large as v."""
+        sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
+        sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
+        return " && ".join(f"{test}({place}{part}, {size})" for part, size in sized if size)
+
+    def residual(self) -> str:
+        """Return the call of the equations of a step at the iterate: r, Phi and w to work->right.
+
+        With positions alone constrained (index 3), Phi is in the way of w, and goes elsewhere.
+        """
+        un = self.program.method["unknowns"]
+        if not un["lam"] and not self.program.sizes["z"]:
+            return self.call("residual", ITERATE, "work->right")
+        results = {"r": "work->right", "zdot": f"work->right + {un['first_z']}"}
+        if un["eta"] or not un["holonomic"]:
+            results |= {"Phi": f"work->right + {un['phi']}", "w": f"work->right + {un['w']}"}
+        else:
+            results |= {"Phi": "work->constraint", "w": f"work->right + {un['v']}"}
+        return self.call("equations", ITERATE, results)
+
+    def differ(self, left: str, right: str) -> str:
+        """Return the condition that two places hold other parameters of generalized-alpha."""
+        return " || ".join(f"{left}{name} != {right}{name}" for name in self.program.method["parameters"])
+
+    def copied(self, left: str, right: str, indent: str) -> str:
+        """Return the statements that copy these parameters."""
+        return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
+
+    def copy_state(self, to: str, source: str) -> str:
+        """Return the copy of a state without what its accelerations were evaluated with, which a step does not change."""
+        if not self.program.method["remembers"]:
+            return f"{to} = {source};"
+        places = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]
+        return f"memcpy({', '.join(places)}, offsetof({self.program.prefix}_state, conditions));"
+
+    def series(self, function: ProgramFunction) -> str:
+        """Return the call of a function of the recurrence."""
+        sizes, room = self.program.sizes, self.program.method["room"]
+        texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}
+        for block in ("q", "v", "z"):
+            texts |= {block: f"work->{block}", f"{block}_1": f"work->{block}_rate"}
+            texts[f"{block}_k"] = f"work->{block}_row + k * {sizes[block]}"
+            texts[f"{block}_next"] = f"work->{block}_row + (k + 1) * {sizes[block]}"
+        for name in ("left", "right", "kept"):
+            texts |= {name: f"work->{name}", f"{name}_0": f"work->{name}", f"{name}_k": f"work->{name} + k * {room}"}
+        texts |= {name: f"work->{name}" for name in ("u", "followed", "sums", "extent")}
+        arguments = [*function.inputs, *(output.argument for output in function.outputs)]
+        return f"{self.program.prefix}_{function.name}({', '.join(texts[name] for name in arguments)});"
+
+    def norm(self, kind: Mapping[str, Any], block: str, row: str) -> str:
+        """Return the largest magnitude of the components of a kind in a row of a block, q or v."""
+        prefix, members = self.program.prefix, kind[block]
+        if kind[f"{block}_adjacent"]:
+            return f"{prefix}_largest({row}{f' + {members[0]}' if members[0] else ''}, {len(members)})"
+        return f"{prefix}_norm({row}, {prefix}_{kind['name']}_{block}, {len(members)})"
