@@ -17,7 +17,7 @@ from eomgen.scene.forces.model import Effort
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input
+from eomgen.system.signals import Input
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Arrays of doubles, as all rooms write their type."""
+"""Arrays of doubles, and what holds for one number or for many, as all rooms write their types."""
 
 from __future__ import annotations
 
@@ -6,3 +6,5 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Numbers = float | Array
+Flags = bool | np.bool_ | NDArray[np.bool_]

@@ -39,18 +39,18 @@ DOORS: dict[str, set[str]] = {
     "lie": {"symbolic"},
     "formula": {"arrays", "errors", "symbolic"},
     "units": {"errors", "formula.words", "text"},
-    "system": {"calls", "errors", "symbolic", "text"},
-    "scene": {"arrays", "calls", "errors", "extensions", "formula", "system.terms", "text", "units"},
+    "system": {"arrays", "calls", "errors", "formula", "symbolic", "text"},
+    "scene": {"arrays", "calls", "errors", "extensions", "formula", "system", "text", "units"},
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
     "codegen": {"errors", "integrators", "resources", "symbolic", "system", "version"},
     # a compiled model, and what it can do
-    "compiled": {"arrays", "calls", "errors", "formula", "lie", "scene", "solvers", "system.terms", "text", "toolchain", "units"},
-    "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "scene"},
-    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "scene", "solvers", "system.terms"},
+    "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},
+    "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "system"},
+    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "solvers", "system"},
     "simulation": {
         "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "formula", "integrators", "lie",
-        "linear", "mechanics.describe", "results", "scene", "toolchain", "version",
+        "linear", "results", "system", "toolchain", "version",
     },
     "model": {"analysis", "calls", "compiled", "linear", "results", "simulation"},
     # verbs
@@ -63,7 +63,7 @@ DOORS: dict[str, set[str]] = {
         "system", "text",
     },
     "cli": {
-        "analysis", "compiled", "errors", "files", "linear", "mechanics", "model", "pipeline", "results", "scene", "simulation",
+        "analysis", "errors", "files", "linear", "mechanics", "model", "pipeline", "results", "scene", "simulation",
         "studies", "system", "text", "toolchain", "units", "version",
     },
     "__main__": {"cli"},
@@ -87,8 +87,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "builder",
     ),
     "mechanics": (
-        "describe discontinuities extent shape_functions",
-        "tree",
+        "describe extent shape_functions",
+        "discontinuities tree",
         "kinematics summary",
         "forces",
         "constants constraints dynamics rates",

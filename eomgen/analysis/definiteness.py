@@ -49,7 +49,7 @@ def beyond_order(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
 
     Empty where it is positive definite, or would not be even so.
     """
-    first = {body.name for body in model.scene.bodies if body.beam is not None and body.beam.order == 1}
+    first = {item.name for item in model.description.coordinates if item.linear}
     factors = [factor for factor in model.factors if factor.name in first]
     straight = q.copy()
     for factor in factors:
@@ -70,7 +70,7 @@ def beyond_order_in_run(model: CompiledModel, t: Array, q: Array, p: Array) -> s
 
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
     """
-    first = {body.name for body in model.scene.bodies if body.beam is not None and body.beam.order == 1}
+    first = {item.name for item in model.description.coordinates if item.linear}
     places = [factor.q for factor in model.factors if factor.name in first]
     if not places:
         return ""

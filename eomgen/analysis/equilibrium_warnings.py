@@ -12,8 +12,7 @@ from eomgen.compiled.coordinates import rotated
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.scene.bodies.model import BASE, WORLD
-from eomgen.scene.forces.model import Tyre
+from eomgen.system.description import BASE, WORLD, Wheel
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -41,8 +40,7 @@ class Places:
 
     def __init__(self, model: CompiledModel, p: Array, t: float, base: Array | None) -> None:
         self.model, self.p, self.t, self.base = model, p, t, base
-        given = dict(zip(model.parameters, p.tolist(), strict=True))
-        self.values: Mapping[str, float] = {item.name: given.get(item.name, item.value) for item in model.scene.parameters}
+        self.values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(self, formula: Formula) -> float:
         """Return the value of a formula of parameters; 0 where it has none."""
@@ -56,28 +54,18 @@ class Places:
 
     def length(self, q: Array) -> float:
         """Return the largest length of the scene, m: places on bodies, free lengths, radii, stops, travels in q; 1 m if none."""
-        scene, model = self.model.scene, self.model
-        vectors = [point.position for point in scene.points] + [body.center_of_mass for body in scene.bodies]
-        vectors += [joint.position for joint in scene.joints]
-        vectors += [frame.position for item in scene.constraints for frame in (item.first, item.second)]
-        lengths = [float(np.linalg.norm(self.vector(vector))) for vector in vectors]
-        lengths += [abs(self.number(spring.length)) for spring in scene.springs]
-        lengths += [abs(self.number(tyre.radius)) for tyre in scene.tyres]
-        lengths += [abs(self.number(given)) for item in scene.constraints for given in (item.radius, item.length)]
-        lengths += [body.beam.length for body in scene.bodies if body.beam is not None]
-        for joint in scene.joints:
-            lengths += [abs(self.number(formula)) for formula in joint.lengths()]
-        lengths += [abs(float(value)) for value, unit in zip(q, model.q_units, strict=True) if unit == "m"]
+        lengths = [float(np.linalg.norm(self.vector(vector))) for vector in self.model.description.lengths]
+        lengths += [abs(float(value)) for value, unit in zip(q, self.model.q_units, strict=True) if unit == "m"]
         finite = [length for length in lengths if np.isfinite(length)]
         return max(finite, default=0.0) or 1.0
 
     def gravity(self) -> float:
         """Return the acceleration of gravity, m/s^2."""
-        return float(np.linalg.norm(self.vector(self.model.scene.gravity)))
+        return float(np.linalg.norm(self.vector(self.model.description.gravity)))
 
     def mass(self) -> float:
         """Return the mass of the scene, kg."""
-        return sum(self.number(body.mass) for body in self.model.scene.bodies)
+        return sum(self.number(solid.mass) for solid in self.model.description.drawing.solids)
 
     def poses(self, path: Array) -> dict[str, tuple[Array, Array]]:
         """Return quaternion and position (rows, ...) in world axes of all bodies at configurations (rows, nq)."""
@@ -101,7 +89,7 @@ def rest_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
 def _positions(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
     """Return body and world position (rows, 3) of each point."""
     found = {}
-    for point in places.model.scene.points:
+    for point in places.model.description.drawing.points:
         turn, origin = poses[point.body]
         found[point.name] = point.body, origin + rotated(turn, places.vector(point.position))
     return found
@@ -112,7 +100,7 @@ def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[s
     points = _positions(places, poses)
     passed: list[str] = []
     moved: list[str] = []
-    for spring in places.model.scene.springs:
+    for spring in places.model.description.drawing.lines:
         (first, start), (second, end) = points[spring.first], points[spring.second]
         seen = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
         apart = float(np.linalg.norm(seen[0][0]))
@@ -147,7 +135,7 @@ def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) 
     """Return a note on each wheel whose centre is below its road, and was not at the start."""
     model = places.model
     sunk: list[str] = []
-    tyres = model.scene.tyres
+    tyres = model.description.drawing.wheels
     if not tyres:
         return []
     points = _positions(places, poses)
@@ -166,7 +154,7 @@ def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) 
     return [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
 
 
-def _clearance(places: Places, tyre: Tyre, center: Array, inputs: Mapping[str, float]) -> float:
+def _clearance(places: Places, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
     """Return the height of a wheel's centre over its road. Raises ArithmeticError."""
 
     def value_of(symbol: Symbol) -> float:

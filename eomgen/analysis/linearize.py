@@ -14,7 +14,6 @@ from eomgen.analysis.equilibrium import equilibrium
 from eomgen.analysis.steady_motion import steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
-from eomgen.compiled.coordinates import component_names, joint_factors
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.state import State as RunState
 from eomgen.compiled.terms import Inputs, Parameters
@@ -22,7 +21,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
-from eomgen.scene.disturbances import disturbance_names, driven_inputs
+from eomgen.system.description import component_names
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
@@ -294,9 +293,9 @@ def _measures(
     Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do where the
     caller makes one of them independent.
     """
-    components, joints = [name.removeprefix("v.") for name in model.v_names], joint_factors(model.scene)
+    components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
     of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
-    absolute = model.scene.coordinates == "absolute"
+    absolute = bool(model.description.joints)
     by_joints = absolute and not (independent and all(name in components for name in independent))
     measured = of_joints if by_joints else components
     for name in independent:
@@ -312,13 +311,12 @@ def _measures(
 
 
 def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
-    scene = model.scene
+    description = model.description
     outputs = [
         name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
     ]
-    driven = tuple(model.inputs[number] for number in driven_inputs(scene))
     return Names(
-        tuple(components), tuple(measured), model.states, driven, disturbance_names(scene), tuple(outputs)
+        tuple(components), tuple(measured), model.states, description.driven, description.disturbances, tuple(outputs)
     )
 
 

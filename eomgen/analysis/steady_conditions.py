@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, numbers
-from eomgen.compiled.coordinates import elastic_amplitudes
+from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import update
@@ -84,7 +84,7 @@ class Conditions:
 
     def around(self, change: Array) -> Array:
         """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
-        amplitudes = np.array(elastic_amplitudes(self.model.factors, self.model.scene.bodies))
+        amplitudes = np.array(reaches(self.model.factors, self.model.description.coordinates))
         elastic = np.isfinite(amplitudes)
         small: Array = np.where(elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change * self.extents)
         return small

@@ -132,7 +132,7 @@ class _Request:
 
     def _units(self) -> dict[str, str]:
         """Return the units of inputs, outputs, coordinates and velocities by the names that responses use."""
-        from eomgen.compiled.coordinates import component_names  # noqa: PLC0415
+        from eomgen.system.description import component_names  # noqa: PLC0415
 
         units = {item.name: item.unit for item in self.model.scene.inputs}
         for item in self.model.library.layout["outputs"]:

@@ -14,7 +14,7 @@ from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.scene.signals.model import Input, Parameter, State
+    from eomgen.system.signals import Input, Parameter, State
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

@@ -23,8 +23,8 @@ from eomgen.compiled.rates import Rates
 from eomgen.compiled.requirements import Requirements
 from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_derivatives
 from eomgen.errors import UsageError
-from eomgen.scene.scene import Scene
 from eomgen.solvers.consistency import Assembly, Constrained, assemble, check_left_out, split_sizes
+from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.library import Library
 
@@ -40,7 +40,8 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
 
     Parameters
     ----------
-    scene : Scene
+    description : Description
+        What the numbers of the functions are.
     library : Library
         Functions, and the stepper of the default method.
     stepper : callable
@@ -53,14 +54,17 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         Finds the parameters that calibrations fill, at values of the others.
     every_row : callable, optional
         Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at parameters (np,).
+    scene : optional
+        What a front end read, and made all of this from.
     """
 
     def __init__(
-        self, scene: Scene, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
+        self, description: Description, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
         built: Callable[[Sequence[str]], Self] | None = None, gains: Gains | None = None,
-        every_row: Callable[[], Callable[[Array], Constrained]] | None = None,
+        every_row: Callable[[], Callable[[Array], Constrained]] | None = None, scene: Any = None,
     ) -> None:  # fmt: skip
         layout = library.layout
+        self.description = description
         self.scene = scene
         self.library = library
         self.stepper = functools.cache(stepper)
@@ -70,18 +74,17 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self._every_row = every_row
         self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
-        fixed = [item.name for item in scene.parameters if not item.tunable]
-        self._terms = Terms(library, fixed, Requirements(scene, tuple(self._parameters)))
+        self._terms = Terms(library, list(description.fixed), Requirements(description, tuple(self._parameters)))
         self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
-        self.q_units, self.v_units = coordinate_units(self.factors, scene.joints, scene.bodies)
+        self.q_units, self.v_units = coordinate_units(self.factors, description.coordinates)
         self.angles = self._terms.angles
         self.q_names += [f"q.{name}" for name in self.angles]
         self.q_units += ["rad"] * len(self.angles)
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
-        self.beams = frozenset(body.name for body in scene.bodies if body.beam is not None)
+        self.beams = frozenset(item.name for item in description.coordinates if item.length)
         self.initial_q = read_only(layout["initial_q"])
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
@@ -98,7 +101,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
 
     @property
     def name(self) -> str:
-        return self.scene.name
+        return self.description.name
 
     @property
     def nq(self) -> int:
@@ -147,7 +150,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
             "constraints": bool(self.multipliers),
             "unconstrained": not self.multipliers,
             "states": bool(self.nz),
-            "absolute": self.scene.coordinates == "absolute",
+            "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
         }
         return frozenset(name for name, holds in facts.items() if holds)

@@ -1,4 +1,4 @@
-"""What a scene requires of tunable parameters, checked wherever a caller gives them: by the table that the scene was read by."""
+"""What is required of tunable parameters, checked wherever a caller gives them, by the rules that the description was read by."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
-from eomgen.scene.reading.requirements import Requirement
-from eomgen.scene.reading.values import OTHER_VALUES
-from eomgen.scene.scene import Scene
+from eomgen.system.description import Description, Requirement
 
 #: Sets of parameters that are checked at once: as many as caches hold.
 _BATCH = 8192
@@ -22,19 +20,18 @@ _LISTED = 8
 
 
 class Requirements:
-    """The requirements of a scene that tunable parameters decide.
+    """The requirements that tunable parameters decide.
 
     Parameters
     ----------
-    scene : Scene
     names : sequence of str
         Tunable parameters, in the order of arrays.
     """
 
-    def __init__(self, scene: Scene, names: Sequence[str]) -> None:
+    def __init__(self, description: Description, names: Sequence[str]) -> None:
         self.names = tuple(names)
-        self.required = scene.requirements
-        self._fixed = {item.name: item.value for item in scene.parameters}
+        self.required = description.requirements
+        self._fixed = description.values({})
         self._met = b""  # the last set of parameters that met everything
 
     def check(self, parameters: Array) -> None:

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import by_name, check_finite, check_quaternions, components, numbers, read_only
 from eomgen.compiled.constraints import accelerations, blocks_of, solvable
-from eomgen.compiled.coordinates import Factor
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
+from eomgen.system.description import Factor
 from eomgen.toolchain.library import Library
 
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None

@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 
+#: What to try where a formula of parameters has no value.
+OTHER_VALUES = "other values of the parameters"
+
 _FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,

@@ -1,14 +1,59 @@
-"""What the rest of the package may know of a scene."""
+"""The Description of a scene: what the rest of the package may know of it, besides its equations."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.prescribed_motion import Law
+from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.disturbances import base_disturbances
 from eomgen.scene.joint_types import DRIVE_UNITS
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
+from eomgen.system.description import (
+    Coordinates,
+    Description,
+    Drawing,
+    Factor,
+    Hinge,
+    Limit,
+    Line,
+    Link,
+    Point,
+    Solid,
+    Wheel,
+)
 from eomgen.text import key_of
+
+#: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
+_SMALL = 0.01
+
+
+def describe(scene: Scene) -> Description:
+    """Return the description of a scene."""
+    return Description(
+        name=scene.name,
+        description=scene.description,
+        parameters=scene.parameters,
+        states=scene.states,
+        inputs=scene.inputs,
+        outputs=scene.outputs,
+        coordinates=tuple(_coordinates(scene)),
+        joints=joint_factors(scene) if scene.coordinates == "absolute" else (),
+        base=base_disturbances(scene),
+        laws=tuple(laws_of(scene)),
+        formulas=tuple(formula for formula, _ in formulas_of_forces(scene)),
+        limits=tuple(_limits(scene)),
+        requirements=scene.requirements,
+        lengths=tuple(_lengths(scene)),
+        gravity=scene.gravity,
+        drawing=_drawing(scene),
+        simulation=scene.simulation,
+    )
 
 
 def laws_of(scene: Scene) -> Iterator[Law]:
@@ -23,3 +68,111 @@ def laws_of(scene: Scene) -> Iterator[Law]:
             yield Law(where(key_of("base", "position", place)), "position of the base", "m", formula)
         for place, rotation in enumerate(scene.base.rotations):
             yield Law(where(key_of("base", "rotation", place, "angle")), "angle of the base", "rad", rotation.angle)
+
+
+def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
+    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
+    if scene.base is not None:
+        yield from ((formula, 2) for formula in scene.base.position)
+        yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
+    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
+    yield from ((spring.force, 0) for spring in scene.springs)
+    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
+    yield from ((effort.effort, 0) for effort in scene.efforts)
+    yield from ((state.rate, 0) for state in scene.states)
+    yield from ((controller.output, 0) for controller in scene.controllers)
+    for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
+        yield tyre.road, 1
+        if tyre.road_rate is not None:
+            yield tyre.road_rate, 0
+
+
+def joint_factors(scene: Scene) -> tuple[Factor, ...]:
+    """Return the factors of the configuration that the scene's joints have in joint coordinates, in the order of the joints."""
+    factors: list[Factor] = []
+    q = v = 0
+    for joint in scene.leading_joints:
+        q_size, v_size = joint.kind.sizes
+        factors.append(Factor(joint.kind.group, joint.name, q, q_size, v, v_size))
+        q, v = q + q_size, v + v_size
+    return tuple(factors)
+
+
+def _coordinates(scene: Scene) -> Iterator[Coordinates]:
+    if scene.coordinates == "absolute":
+        yield from (Coordinates(f"{body.name}.position", ("m",) * 3) for body in scene.bodies)
+        return
+    for joint in scene.leading_joints:
+        if joint.kind.group == "R":
+            yield Coordinates(joint.name, joint.kind.units)
+    for body in scene.bodies:
+        if body.beam is not None:
+            yield _elastic(body.name, body.beam)
+
+
+def _elastic(name: str, beam: Beam) -> Coordinates:
+    """Return what elastic coordinates are; nodal ones are deflections and slopes in turn, so those have no unit of their own.
+
+    A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length. Higher
+    modes have steeper slopes at the same deflection, so they get less.
+    """
+    units: list[str] = []
+    reach: list[float] = []
+    for item in beam.deformations:
+        units += ["" if item.nodal else "rad" if item.kind == "torsion" else "m"] * item.modes
+        length = min(beam.length, 1.0) if item.nodal else 1.0 if item.kind == "torsion" else beam.length
+        reach += [_SMALL * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
+    return Coordinates(name, tuple(units), tuple(reach), beam.length, beam.order == 1)
+
+
+def _limits(scene: Scene) -> Iterator[Limit]:
+    """Yield the limits of all joints; in absolute coordinates those of angles, which are counted beside the poses."""
+    for joint in scene.joints:
+        for stop, limit in zip(joint.stops, joint.limits, strict=True):
+            if scene.coordinates != "absolute":
+                yield limit
+            elif stop.index < (angles := joint.kind.angles):
+                yield replace(limit, coordinate=f"q.{joint.name}.angle" + (f"[{stop.index}]" if angles > 1 else ""))
+
+
+def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
+    """Yield places on bodies, free lengths, radii, stops of travels."""
+    yield from (point.position for point in scene.points)
+    yield from (body.center_of_mass for body in scene.bodies)
+    yield from (joint.position for joint in scene.joints)
+    for constraint in scene.constraints:
+        yield from (constraint.first.position, constraint.second.position, (constraint.radius,), (constraint.length,))
+    yield from ((spring.length,) for spring in scene.springs)
+    yield from ((tyre.radius,) for tyre in scene.tyres)
+    yield from ((Number(body.beam.length),) for body in scene.bodies if body.beam is not None)
+    for joint in scene.joints:
+        yield from ((length,) for length in joint.lengths())
+
+
+def _drawing(scene: Scene) -> Drawing:
+    carried = {joint.child: joint for joint in scene.joints}
+    return Drawing(
+        solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),
+        hinges=tuple(
+            Hinge(
+                joint.name, joint.type, joint.parent, joint.child, joint.position, joint.axis, *joint.kind.drawn,
+                tied=joint.kind.group != "SE3",
+            )
+            for joint in scene.joints
+        ),
+        points=scene.points,
+        lines=tuple(Line(item.name, item.first, item.second, item.stiffness != Number(0.0)) for item in scene.springs),
+        links=tuple(
+            Link(
+                item.name, Point("", item.first.body, item.first.position), Point("", item.second.body, item.second.position),
+                visible=item.kind.rod,
+            )
+            for item in scene.constraints
+        ),
+        wheels=tuple(Wheel(item.name, item.center, item.radius, item.road) for item in scene.tyres),
+    )  # fmt: skip
+
+
+def _solid(body: Body, joint: Joint) -> Solid:
+    hub = "center" if joint.kind.group == "SE3" else "origin"
+    return Solid(body.name, body.mass, body.center_of_mass, body.inertia, hub)

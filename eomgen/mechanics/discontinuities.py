@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from eomgen.formula.discontinuities import Corner, corners, reaches
 from eomgen.formula.nodes import Symbol
-from eomgen.scene.scene import Scene, formulas_of_forces
+from eomgen.mechanics.describe import formulas_of_forces
+from eomgen.scene.scene import Scene
 from eomgen.system.system import Discontinuity, Validity
 
 

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from eomgen.formula.nodes import Formula, Number
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.system.description import BASE
 
 
 def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]) -> tuple[Scalar, Scalar]:

@@ -13,7 +13,7 @@ from eomgen.scene.bodies.beam import KINDS, Beam, Deformation
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Parameter
+from eomgen.system.signals import Parameter
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")

@@ -24,7 +24,7 @@ from eomgen.formula.nodes import Operation, Symbol
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input, Output
+from eomgen.system.signals import Input, Output
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:

@@ -165,6 +165,7 @@ def build(
     """
     _check_terms(terms)
     from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+    from eomgen.mechanics.describe import describe  # noqa: PLC0415
     from eomgen.model import Model  # noqa: PLC0415
     from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
@@ -188,7 +189,8 @@ def build(
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
             warnings.warn(f"{scene.name}: {note}", RuntimeWarning, stacklevel=2)
-    return Model(scene, library, stepper, start, built, _gains_of(scene), functools.cache(lambda: _every_row(scene)))
+    described = describe(scene)
+    return Model(described, library, stepper, start, built, _gains_of(scene), functools.cache(lambda: _every_row(scene)), scene)
 
 
 def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]] | None:

@@ -21,7 +21,7 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
 from eomgen.results.scenery import Seen
-from eomgen.scene.bodies.model import BASE, WORLD
+from eomgen.system.description import BASE, WORLD
 
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000

@@ -9,7 +9,6 @@ after explicit methods of order 4, and after generalized-alpha as the derivative
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve
+from eomgen.system.description import Factor
 
 Index = NDArray[np.integer[Any]]
 _BATCH = 4096
@@ -40,23 +40,12 @@ class Rows(NamedTuple):
 Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 
 
-@dataclass(frozen=True)
-class StoredFactor:
-    """A factor of the configuration, as a solution keeps it."""
-
-    group: str
-    q_start: int
-    q_size: int
-    v_start: int
-    v_size: int
-
-
-def factors_of(metadata: Mapping[str, Any]) -> list[StoredFactor]:
+def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the factors that a solution's metadata hold. Raises UsageError where they do not."""
     if "factors" not in metadata:
         what = "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
         raise UsageError(Problem("at", what, "a solution of simulate"))
-    return [StoredFactor(*entry) for entry in metadata["factors"]]
+    return [Factor(group, "", *places) for group, *places in metadata["factors"]]
 
 
 def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
@@ -94,7 +83,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
 
 
 def _between(
-    rows: Rows, factors: Sequence[StoredFactor], t: Array, index: Index, by_velocity: bool
+    rows: Rows, factors: Sequence[Factor], t: Array, index: Index, by_velocity: bool
 ) -> tuple[Array, Array, Array, Array]:
     after = index + 1
     duration = rows.t[after] - rows.t[index]
@@ -125,7 +114,7 @@ def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Arr
     return result
 
 
-def _check_turns(rows: Rows, factors: Sequence[StoredFactor], index: Index) -> None:
+def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
     """Raise UsageError where a body may turn by half a turn between two rows: the way round would be a guess."""
     duration = rows.t[index + 1] - rows.t[index]
     for factor in factors:

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.coordinates import component_names
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.scenery import Seen
+from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization

@@ -2,5 +2,5 @@
 
 __all__ = [
     "bodies", "builder", "control", "disturbances", "document", "forces", "geometry", "joint_types",
-    "joints", "load", "reading", "scene", "signals", "sources",
+    "joints", "load", "reading", "scene", "sources",
 ]  # fmt: skip

@@ -7,37 +7,20 @@ Frames: the *world* is inertial; the *base* is the frame that carries the tree a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.piecewise import AnyCurve
-from eomgen.scene.bodies.model import Base, Body, Point
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.forces.model import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.requirements import Requirement
-from eomgen.scene.signals.model import Input, Output, Parameter, State
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What ``simulate`` does when the caller does not say otherwise."""
-
-    method: str = "generalized_alpha"
-    step: float = 1e-3
-    duration: float = 10.0
-    rho_inf: float = 0.8
-    record_every: int = 1
-    alpha: float | None = None
-    beta: float | None = None
-    gamma: float | None = None
-    start: str = "initial"
-    tolerance: float | None = None
-    order: int | None = None
+from eomgen.system.description import Point, Requirement, Simulation
+from eomgen.system.signals import Input, Output, Parameter, State
 
 
 @checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
@@ -85,7 +68,7 @@ class Scene:
     constraints: tuple[Constraint, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"
     groups: Mapping[str, str] = field(default_factory=dict)
-    simulation: Simulation = Simulation()
+    simulation: Simulation = field(default_factory=Simulation)
     terms: tuple[str, ...] = ()
     requirements: tuple[Requirement, ...] = field(default=(), repr=False, compare=False)
     source: Mapping[str, str] = field(default_factory=dict)
@@ -102,20 +85,3 @@ class Scene:
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
-
-
-def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
-    if scene.base is not None:
-        yield from ((formula, 2) for formula in scene.base.position)
-        yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
-    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
-    yield from ((spring.force, 0) for spring in scene.springs)
-    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
-    yield from ((effort.effort, 0) for effort in scene.efforts)
-    yield from ((state.rate, 0) for state in scene.states)
-    yield from ((controller.output, 0) for controller in scene.controllers)
-    for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
-        yield tyre.road, 1
-        if tyre.road_rate is not None:
-            yield tyre.road_rate, 0

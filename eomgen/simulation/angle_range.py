@@ -9,7 +9,7 @@ from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.scene.scene import Scene, formulas_of_forces
+from eomgen.system.description import Description
 
 Values = Mapping[tuple[str, str, int], float]
 #: Why there is no value, and what to try.
@@ -17,7 +17,7 @@ REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond wh
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
-def large_angles(scene: Scene, values: Values, given: Collection[str] = ()) -> str:
+def large_angles(description: Description, values: Values, given: Collection[str] = ()) -> str:
     """Return which sines and cosines formulas take of arguments that are too large; empty where none is known to be.
 
     Parameters
@@ -34,15 +34,14 @@ def large_angles(scene: Scene, values: Values, given: Collection[str] = ()) -> s
 
     t = values["time", "", 0]
     found: dict[str, None] = {}
-    for item in scene.inputs:
+    for item in description.inputs:
         if item.name in given:
             continue
         beyond = [w * t for _, w, _ in item.harmonics if abs(w * t) > LARGEST_ANGLE]
         found |= dict.fromkeys(f"cos({angle:.6g}) in the input {item.name}" for angle in beyond[:1])
         if item.formula is not None:
             found |= dict.fromkeys(f"{taken} in the input {item.name}" for taken in _too_large(item.formula, value_of))
-    formulas = [formula for formula, _ in formulas_of_forces(scene)] + [part for item in scene.outputs for part in item.values]
-    for formula in formulas:
+    for formula in (*description.formulas, *(part for item in description.outputs for part in item.values)):
         found |= dict.fromkeys(_too_large(formula, value_of))
     return " and ".join(list(found)[:3])
 
@@ -75,9 +74,11 @@ def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
     return " and ".join(found[:3])
 
 
-def check_angles(scene: Scene, parameters: Mapping[str, float], given: Collection[str], start: float, end: float) -> None:
+def check_angles(
+    description: Description, parameters: Mapping[str, float], given: Collection[str], start: float, end: float
+) -> None:
     """Raise UsageError where formulas of time take sines of too large arguments at the start or at the end (s) of a run."""
-    fixed = {("parameter", item.name, 0): parameters.get(item.name, item.value) for item in scene.parameters}
+    fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
-        if found := large_angles(scene, {**fixed, ("time", "", 0): t}, given):
+        if found := large_angles(description, {**fixed, ("time", "", 0): t}, given):
             raise UsageError(Problem(key, f"{found} would be taken at t = {t:.9g} s; {REASON}", HINT))

@@ -16,11 +16,11 @@ from eomgen.formula.nodes import Symbol
 from eomgen.formula.piecewise import EDGE, Curve
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
-from eomgen.scene.scene import Scene, formulas_of_forces
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation
 from eomgen.simulation.energy_balance import SAID, Balance
 from eomgen.simulation.growth import Growth
+from eomgen.system.description import Description
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -65,9 +65,9 @@ def first_non_finite(
 
 def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
     """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
-    if left := left_curves(model.scene, values):
+    if left := left_curves(model.description, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
-    if taken := large_angles(model.scene, values):
+    if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
         return f", where {angles}: {REASON}", "smaller initial angles and velocities, or a shorter run"
@@ -79,7 +79,7 @@ def _values(
 ) -> dict[tuple[str, str, int], float]:
     """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
     values = {("time", "", 0): t}
-    values |= {("parameter", item.name, 0): item.value for item in model.scene.parameters}
+    values |= {("parameter", item.name, 0): item.value for item in model.description.parameters}
     values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
     for factor in model.factors:
         values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
@@ -191,7 +191,7 @@ def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     return known[status].format(**settings)
 
 
-def left_curves(scene: Scene, values: Mapping[tuple[str, str, int], float]) -> str:
+def left_curves(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
     """Return which curves are asked beyond their points, and where; empty where none is known to be.
 
     ``values`` are numbers by kind, name and index of a symbol; arguments that need others are left out.
@@ -204,8 +204,8 @@ def left_curves(scene: Scene, values: Mapping[tuple[str, str, int], float]) -> s
             raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
 
     found: dict[str, str] = {}
-    formulas = [item.formula for item in scene.inputs if item.formula is not None]
-    for formula in (*formulas, *(formula for formula, _ in formulas_of_forces(scene))):
+    formulas = [item.formula for item in description.inputs if item.formula is not None]
+    for formula in (*formulas, *description.formulas):
         for used in applications(formula):
             curve = used.curve
             if not isinstance(curve, Curve) or curve.outside != "error":

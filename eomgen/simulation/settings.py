@@ -16,7 +16,6 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.mechanics.describe import laws_of
 from eomgen.simulation.angle_range import check_angles
 from eomgen.simulation.inputs import CheckedSignal, check_reach
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
@@ -106,19 +105,18 @@ def check_span(model: CompiledModel, library: Library, p: Array, given: Mapping[
     start, end = grid.start, grid.reached
     check_reach(model.library.layout, given, start, end)
     _check_laws(model, p, start, end)
-    check_angles(model.scene, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
+    check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
     check_jumps(library.layout["method"], grid.step)
 
 
 def _check_laws(model: CompiledModel, p: Array, start: float, end: float) -> None:
     """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
-    if all(smooth(law.formula) for law in laws_of(model.scene)):
+    if all(smooth(law.formula) for law in model.description.laws):
         return
     from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
 
-    values = {item.name: item.value for item in model.scene.parameters}
-    problems = jumps(laws_of(model.scene), values | dict(zip(model.parameters, p.tolist(), strict=True)), start, end)
-    if problems:
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    if problems := jumps(model.description.laws, values, start, end):
         raise UsageError(problems)
 
 

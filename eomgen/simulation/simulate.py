@@ -360,7 +360,7 @@ def _metadata(run: Run) -> dict[str, Any]:
             "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
         },
         "outputs": {
-            output.name: {"description": output.description, "quantity": output.quantity} for output in model.scene.outputs
+            output.name: {"description": output.description, "quantity": output.quantity} for output in model.description.outputs
         },
         "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
         "fingerprint": getattr(model.library, "fingerprint", ""),

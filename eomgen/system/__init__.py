@@ -1,3 +1,4 @@
-"""The contract between front ends and back ends: named functions on one tape, and the register of their names."""
+"""The contract between front ends and back ends: named functions on one tape, the register of their names, and what
+they are about."""
 
-__all__ = ["system", "terms"]
+__all__ = ["description", "signals", "system", "terms"]

@@ -21,6 +21,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
+from eomgen.system.description import Factor
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:
@@ -55,18 +56,6 @@ def base_place(field_name: str) -> int:
     """Return where a field of the base struct begins."""
     names = [name for name, _, _ in BASE_LAYOUT]
     return sum(size for _, size, _ in BASE_LAYOUT[: names.index(field_name)])
-
-
-@dataclass(frozen=True)
-class Factor:
-    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7, 6)."""
-
-    group: str
-    name: str
-    q_start: int
-    q_size: int
-    v_start: int
-    v_size: int
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
-from eomgen.system.system import Block, Factor, Facts, Function, Quantity, System
+from eomgen.system.description import Factor
+from eomgen.system.system import Block, Facts, Function, Quantity, System
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.library import Library

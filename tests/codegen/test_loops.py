@@ -14,7 +14,8 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, MapResults, add_map, unroll
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Block, Factor, Function, System
+from eomgen.system.description import Factor
+from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 
 

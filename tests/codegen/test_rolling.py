@@ -15,7 +15,8 @@ from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Block, Factor, Function, System
+from eomgen.system.description import Factor
+from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.coordinates import Factor, coordinate_units
-from eomgen.scene.joints.model import Joint
+from eomgen.compiled.coordinates import coordinate_units
+from eomgen.system.description import Coordinates, Factor
 from tests.models.scenes import (
     DAMPING,
     GRAVITY,
@@ -209,11 +209,11 @@ def test_units_follow_groups_and_joints() -> None:
     assert model.q_names[6:8] == ["q.root[6]", "q.ball[0]"] and model.v_names[-1] == "v.slide"
 
 
-def test_positions_of_bodies_in_absolute_coordinates_have_units() -> None:
+def test_units_are_those_of_groups_and_those_said() -> None:
     last = Factor("R", "rail.position", 7, 1, 6, 1)
     factors = [Factor("SO3", "top.orientation", 0, 4, 0, 3), Factor("R", "top.position", 4, 3, 3, 3), last]
-    rail = Joint("rail.position", "revolute", "base", "rail")
-    assert coordinate_units(factors, [rail]) == ([*["1"] * 4, *["m"] * 3, "rad"], [*["rad/s"] * 3, *["m/s"] * 3, "rad/s"])
+    said = [Coordinates("rail.position", ("rad",)), Coordinates("top.position", ("m",) * 3)]
+    assert coordinate_units(factors, said) == ([*["1"] * 4, *["m"] * 3, "rad"], [*["rad/s"] * 3, *["m/s"] * 3, "rad/s"])
 
 
 def test_models_and_solutions_show_what_they_are() -> None:

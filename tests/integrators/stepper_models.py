@@ -20,7 +20,8 @@ from eomgen.integrators.newton.samples import Samples
 from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
 from eomgen.symbolic.operations import Counts
-from eomgen.system.system import Factor, Facts
+from eomgen.system.description import Factor
+from eomgen.system.system import Facts
 from tests.oracles.stepper import Equations
 
 

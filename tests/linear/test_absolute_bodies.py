@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.compiled.coordinates import joint_factors
 from eomgen.linear.freedom import Measures, freedom
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import BASE
+from eomgen.mechanics.describe import joint_factors
 from eomgen.scene.disturbances import disturbance_names, driven_inputs
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
+from eomgen.system.description import BASE
 from eomgen.system.system import System
 from tests.mechanics.test_absolute import in_absolute, joint_angles, loaded, over_turns
 from tests.oracles.constrained import absolute_state, constraint, kkt, small_body

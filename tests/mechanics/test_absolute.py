@@ -10,13 +10,13 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.forces.model import Effort, TorsionSpring
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Output
+from eomgen.system.description import BASE, Point
+from eomgen.system.signals import Output
 from eomgen.system.system import System
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

@@ -12,12 +12,13 @@ import sympy.physics.mechanics as me
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import Base, Point
+from eomgen.scene.bodies.model import Base
 from eomgen.scene.forces.model import Effort, Force, Spring
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input
+from eomgen.system.description import Point
+from eomgen.system.signals import Input
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, plus, rigid_body, times, vector
 from tests.oracles.states import on_base, quaternion_product, random_states

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import Body, Point
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.model import Force, Spring
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
+from eomgen.system.description import Point
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, PLANAR, beam_body, chain
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, vector

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.forces.model import Bushing
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
+from eomgen.system.description import BASE
 from tests.models.cache import shared_cache
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator

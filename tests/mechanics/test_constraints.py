@@ -9,11 +9,11 @@ import pytest
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.joint_types import CONSTRAINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Output
+from eomgen.system.description import BASE
+from eomgen.system.signals import Output
 from eomgen.system.system import System
 from tests.oracles.constrained import (
     FREEDOMS,

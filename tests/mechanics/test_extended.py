@@ -10,10 +10,10 @@ import pytest
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.terms.implicit_step import extended_iteration
-from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.forces.model import Slip, Tyre
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.system.description import BASE, Point
 from tests.mechanics.test_bushings import random_bushing
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector

@@ -12,7 +12,7 @@ from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.forces.model import Effort
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input
+from eomgen.system.signals import Input
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.random_scenes import point_outputs, random_scene, shaking_base, with_loads
 from tests.oracles.robots import panda

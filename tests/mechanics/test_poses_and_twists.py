@@ -10,12 +10,12 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
-from eomgen.scene.bodies.model import BASE, Point
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate_mpmath
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
+from eomgen.system.description import BASE, Point
 from tests.mechanics.test_beam_equations import LENGTH, beam_body
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator

@@ -9,8 +9,8 @@ import pytest
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import BASE
-from eomgen.scene.signals.model import Output
+from eomgen.system.description import BASE
+from eomgen.system.signals import Output
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import value_of

@@ -13,7 +13,7 @@ from eomgen.formula.nodes import Formula, Number
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Parameter
+from eomgen.system.signals import Parameter
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import parameter, value_of

@@ -9,10 +9,10 @@ import pytest
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.bodies.model import Point
 from eomgen.scene.forces.model import Spring
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Output
+from eomgen.system.description import Point
+from eomgen.system.signals import Output
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads

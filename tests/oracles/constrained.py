@@ -9,9 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation as Turn
 
 from eomgen.formula.nodes import Formula
-from eomgen.scene.bodies.model import BASE, Body
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.scene import Scene
+from eomgen.system.description import BASE
 from eomgen.system.system import System
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate

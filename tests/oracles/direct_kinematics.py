@@ -9,10 +9,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.system.system import Factor
+from eomgen.system.description import BASE, Factor
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 from tests.oracles.states import STEP, displaced, rotation_of

@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
+from eomgen.system.description import BASE, WORLD
 from eomgen.system.system import System
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of

@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from eomgen.formula.nodes import Formula, Number, Symbol
-from eomgen.scene.bodies.model import BASE, Base, Body, Point
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
 from eomgen.scene.joint_types import JOINTS, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.rotations import Rotation  # fmt: skip
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input, Output, Parameter
+from eomgen.system.description import BASE, Point
+from eomgen.system.signals import Input, Output, Parameter
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
 from tests.oracles.robots import body_of_masses

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.system.system import Factor, System
+from eomgen.system.description import Factor
+from eomgen.system.system import System
 from tests.oracles.evaluation import Array, Evaluate
 
 STEP = 1e-40

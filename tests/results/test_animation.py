@@ -14,6 +14,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.files import read_arrays, write_arrays
+from eomgen.mechanics.describe import describe
 from eomgen.results.animation import animation_page
 from eomgen.results.scenery import scenery
 from eomgen.results.solids import equivalent_solid
@@ -134,7 +135,7 @@ def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
 def test_every_example_has_something_to_see(file: Path) -> None:
     scene = eomgen.load(file)
-    seen = scenery(scene, {})
+    seen = scenery(describe(scene), {})
     assert [body["name"] for body in seen["bodies"]] == [body.name for body in scene.bodies]
     assert any(body["solid"]["kind"] != "none" for body in seen["bodies"])
     assert len(seen["springs"]) == len(scene.springs) and len(seen["tyres"]) == len(scene.tyres)
@@ -146,7 +147,7 @@ def test_what_has_no_value_at_these_parameters_is_named() -> None:
     builder.body("rod", 1.0, center_of_mass=[0, 0, "-sqrt(length)"], inertia=[0.1, 0.1, 0.1])
     builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0])
     with pytest.raises(eomgen.NumericalError) as caught:
-        scenery(builder.build(), {"length": -1.0})
+        scenery(describe(builder.build()), {"length": -1.0})
     assert str(caught.value) == (
         "numerical error: bodies.rod.center_of_mass: cannot be drawn: sqrt(-1) has no finite value; try: other parameters"
     )

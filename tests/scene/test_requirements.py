@@ -7,6 +7,7 @@ import pytest
 
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
+from eomgen.mechanics.describe import describe
 from eomgen.scene.joints import moved_inertia as motion
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
@@ -69,7 +70,7 @@ def compare(place: Path, kind: str, X: float) -> bool:
     """Hold a value given to a call against the same value in the scene; return whether it was refused."""
     formula = formula_at(place, kind)
     scene = from_data(scene_with(place, formula))
-    checked = Requirements(scene, ("X",))
+    checked = Requirements(describe(scene), ("X",))
     at_build, at_run = refusal_at_build(place, formula, X), refusal_at_run(checked, np.array([X]))
     assert bool(at_run) == bool(at_build) and at_run <= at_build, (place, formula, X, at_build, at_run)
     assert refusal_at_run(checked, np.array([[1.0], [X], [1.0]])) == at_run
@@ -137,7 +138,7 @@ def test_every_place_every_formula(kind: str, rng: np.random.Generator) -> None:
     ],
 )  # fmt: skip
 def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) -> None:
-    checked = Requirements(from_data(scene_with(place, formula)), ("X",))
+    checked = Requirements(describe(from_data(scene_with(place, formula))), ("X",))
     with pytest.raises(UsageError) as caught:
         checked.check(np.array([X]))
     assert len(caught.value.problems) == 1
@@ -150,7 +151,7 @@ def test_bodies_without_mass_in_absolute_coordinates() -> None:
         "bodies": {"b": {"mass": "X", "inertia": [1, 1, 1]}},
         "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
     }  # fmt: skip
-    checked = Requirements(from_data(scene), ("X",))
+    checked = Requirements(describe(from_data(scene)), ("X",))
     with pytest.raises(UsageError) as caught:
         checked.check(np.array([0.0]))
     assert "(bodies.b): in absolute coordinates the body b moves on its own, and what it carries lacks mass" in str(caught.value)
@@ -162,7 +163,7 @@ def test_followers_without_mass_leave_nothing_to_move() -> None:
     scene["bodies"]["follower"]["inertia"] = [0.0, 0.0, 0.0]
     scene["joints"]["follow"]["mimic"]["multiplier"] = "Y"
     scene["parameters"]["Y"] = {"value": 0.5, "tunable": True}
-    checked = Requirements(from_data(scene), ("X", "Y"))
+    checked = Requirements(describe(from_data(scene)), ("X", "Y"))
     checked.check(np.array([[1.0, 0.5], [1e-3, -2.0]]))
     with pytest.raises(UsageError, match=r"neither it nor what follows it carries mass or inertia.* at X = 0, Y = 0\.5"):
         checked.check(np.array([[1.0, 0.5], [0.0, 0.5]]))
@@ -179,7 +180,7 @@ def test_no_check_where_a_scene_requires_nothing() -> None:
 
 
 def test_the_first_set_of_a_batch_that_is_wrong_is_named() -> None:
-    checked = Requirements(from_data(scene_with(("bodies", "slider", "mass"), "X")), ("X",))
+    checked = Requirements(describe(from_data(scene_with(("bodies", "slider", "mass"), "X"))), ("X",))
     batch = np.random.default_rng(1).uniform(0.1, 2.0, (20_000, 1))
     checked.check(batch)
     batch[12_345], batch[17_000] = -3.0, -4.0

@@ -8,7 +8,7 @@ import pytest
 from eomgen.studies.verification.claims.claim import Form, column
 from eomgen.studies.verification.differences import LADDER, complex_steps, differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
-from eomgen.system.system import Factor
+from eomgen.system.description import Factor
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 

@@ -10,13 +10,13 @@ from eomgen.formula.piecewise import Waves
 from eomgen.formula.recording import record, waves
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
-from eomgen.scene.bodies.model import Point
 from eomgen.scene.forces.model import Spring
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.model import Input
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
+from eomgen.system.description import Point
+from eomgen.system.signals import Input
 
 #: Symbols that force elements offer to formulas: what each kind means on the tape, by the element's name.
 Offers = Mapping[str, Callable[["Quantities", str], Scalar]]

@@ -13,11 +13,11 @@ from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.base import quaternion_product
 from eomgen.mechanics.tree.links import CARRIER, ROOT, Link, Tree
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.geometry.rotations import ALIKE, first_near
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, plus, scaled, transpose
+from eomgen.system.description import BASE
 
 
 def constant_quaternion(R: Matrix) -> list[float]:

@@ -28,12 +28,12 @@ from eomgen.mechanics.tree.links import (
     no_inertia,
     parameter_scalars,
 )  # fmt: skip
-from eomgen.scene.bodies.model import BASE, Body
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
-from eomgen.system.system import Factor
+from eomgen.system.description import BASE, Factor
 
 DEFAULT_GROUP = "SE3"
 Placed = tuple[Link, Factor]

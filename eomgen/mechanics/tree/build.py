@@ -12,10 +12,11 @@ from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
-from eomgen.scene.bodies.model import BASE, Body
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
+from eomgen.system.description import BASE
 
 
 def build_tree(algebra: Algebra, scene: Scene) -> Tree:

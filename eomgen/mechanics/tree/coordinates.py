@@ -14,7 +14,7 @@ from eomgen.mechanics.tree.joints import Motion
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.system.system import Factor
+from eomgen.system.description import Factor
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
-from eomgen.system.system import Factor
+from eomgen.system.description import Factor
 
 ROOT = -1
 CARRIER = -2

@@ -1,4 +1,4 @@
-"""The base, rigid bodies and points of a Scene."""
+"""The base and the bodies of a Scene."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.reading.rotations import Rotation
-
-BASE = "base"
-WORLD = "world"
 
 
 @dataclass(frozen=True)
@@ -32,12 +29,3 @@ class Body:
     center_of_mass: Vector
     inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
     beam: Beam | None = None
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
-
-    name: str
-    body: str
-    position: Vector

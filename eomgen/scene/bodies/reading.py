@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eomgen.scene.bodies import schema as written
-from eomgen.scene.bodies.model import BASE, WORLD, Base, Body, Point
+from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.reading import report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
+from eomgen.system.description import BASE, WORLD, Point
 from eomgen.text import key_of
 
 

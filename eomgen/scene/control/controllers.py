@@ -18,7 +18,7 @@ from eomgen.scene.forces.schema import Spring as WrittenSpring
 from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.scene.signals.model import Parameter, State
+from eomgen.system.signals import Parameter, State
 from eomgen.text import key_of
 
 

@@ -13,7 +13,7 @@ from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.values import Values
-from eomgen.scene.signals.model import Parameter
+from eomgen.system.signals import Parameter
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 

@@ -30,7 +30,6 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.constraints import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
-from eomgen.scene.joints.limit_warnings import beyond_limits
 from eomgen.scene.joints.mimics import check_mimics
 from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint
@@ -40,8 +39,9 @@ from eomgen.scene.reading.part import Part, signature
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves, digest
-from eomgen.scene.signals.model import Parameter
 from eomgen.scene.signals.reading import read_input, read_output, read_state
+from eomgen.system.description import Simulation
+from eomgen.system.signals import Parameter
 from eomgen.text import key_of
 
 
@@ -77,8 +77,9 @@ def assemble(
     outside = [
         note
         for joint in result["joints"]
-        if joint.stops and not settled
-        for note in beyond_limits(joint, joint.initial_position, assembler.values.value)
+        if joint.initial_position and not settled
+        for stop, limit in zip(joint.stops, joint.limits, strict=True)
+        if (note := limit.passed(joint.initial_position[stop.index], assembler.values.value))
     ]
     unused = checks.unused_names(document, assembler.values)
     return scene.Scene(
@@ -227,7 +228,7 @@ class _Assembler:
             "efforts": tuple(read_effort(name, effort, values) for name, effort in document.efforts.items()),
             "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
             "requirements": tuple(values.requirements),
-            "simulation": scene.Simulation(
+            "simulation": Simulation(
                 simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
                 simulation.alpha, simulation.beta, simulation.gamma, simulation.start,
                 simulation.tolerance, simulation.order,

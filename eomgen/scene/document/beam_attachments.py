@@ -15,7 +15,7 @@ from eomgen.arrays import Array
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
-from eomgen.scene.bodies.model import Body, Point
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.model import Bushing, Force
 from eomgen.scene.geometry.rotations import ALIKE
 from eomgen.scene.joint_types import GROUPS
@@ -24,6 +24,7 @@ from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
+from eomgen.system.description import Point
 from eomgen.text import key_of
 
 

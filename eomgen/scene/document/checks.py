@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from eomgen.formula.words import RESERVED
-from eomgen.scene.bodies.model import BASE, WORLD, Body
+from eomgen.scene.bodies.model import Body
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
 from eomgen.scene.geometry.inertia import Inertia, tensor
@@ -16,6 +16,7 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE, WORLD
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, shown
 
 

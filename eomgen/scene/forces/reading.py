@@ -9,7 +9,6 @@ import numpy as np
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
-from eomgen.scene.bodies.model import BASE, WORLD, Point
 from eomgen.scene.forces import schema as written
 from eomgen.scene.forces.model import Bushing, Effort, Force, Slip, Spring, TorsionSpring, Tyre
 from eomgen.scene.formula.scope import PARAMETERS, ROAD, SPRING_FORCE, STATE
@@ -19,6 +18,7 @@ from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE, WORLD, Point
 from eomgen.text import key_of
 
 

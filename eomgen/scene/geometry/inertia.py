@@ -13,10 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.arrays import Array
-
-Numbers = float | NDArray[np.float64]
-Flags = bool | np.bool_ | NDArray[np.bool_]
+from eomgen.arrays import Array, Flags, Numbers
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 #: A moment of inertia below this part of the largest is none.

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.bodies.model import Point
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
@@ -18,6 +17,7 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
+from eomgen.system.description import Point
 from eomgen.text import key_of
 
 #: Keys of some types only, in the order in which they are looked at.

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.formula.nodes import ZERO_VECTOR
-from eomgen.scene.bodies.model import BASE, WORLD, Point
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, rows, sequence
 from eomgen.scene.joint_types import Need
@@ -18,6 +17,7 @@ from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE, WORLD, Point
 from eomgen.text import key_of, listed
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.joint_types import JOINTS, Connection, JointType
+from eomgen.system.description import Limit, component_names
 
 
 @dataclass(frozen=True)
@@ -108,3 +109,15 @@ class Joint:
         first = self.kind.angles
         ends = [end for stop in self.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None]
         return (*self.each(self.rest)[first:], *ends)
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """What the stops say in terms of the joint's own coordinates, one by one."""
+        meanings = list(self.kind.coordinates.items())
+        names = component_names("q", self.name, len(meanings))
+        found = []
+        for stop in self.stops:
+            meaning, unit = meanings[stop.index]
+            what = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
+            found.append(Limit(what, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
+        return tuple(found)

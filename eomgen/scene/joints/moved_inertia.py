@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.arrays import Array
+from eomgen.arrays import Array, Flags, Numbers
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.geometry.inertia import NO_INERTIA, Flags, Numbers, singular
+from eomgen.scene.geometry.inertia import NO_INERTIA, singular
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values

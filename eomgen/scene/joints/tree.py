@@ -6,8 +6,8 @@ import heapq
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
-from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.reading.report import Report
+from eomgen.system.description import BASE, WORLD
 from eomgen.text import key_of, listed, nearest, shown
 
 

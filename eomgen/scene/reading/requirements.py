@@ -10,32 +10,11 @@ import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from eomgen.formula.nodes import Formula
-from eomgen.scene.geometry.inertia import Flags, Numbers, impossible, not_physical, tensor
-
-
-class Rule(Protocol):
-    """What one value, or several together, must be.
-
-    Attributes
-    ----------
-    stage : rules of a later stage are judged only where those of the earlier ones are met
-    """
-
-    @property
-    def stage(self) -> int: ...
-
-    def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        """Tell whether values break the rule: numbers, or arrays that broadcast. None of them is NaN."""
-        ...
-
-    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        """Return what is wrong with values that break the rule, and what to try."""
-        ...
+from eomgen.arrays import Flags, Numbers
+from eomgen.scene.geometry.inertia import impossible, not_physical, tensor
 
 
 @dataclass(frozen=True)
@@ -64,22 +43,6 @@ class Row:
         if not isinstance(self.words, str):
             return self.words(*numbers), self.hint
         return self.words.format(*(f"{number:.6g}" for number in numbers)), self.hint
-
-
-@dataclass(frozen=True)
-class Requirement:
-    """A rule for values of a scene that tunable parameters decide.
-
-    Attributes
-    ----------
-    where : file, line and key, for messages
-    formulas : the values, formulas of parameters
-    rule : None where a finite value is all that is asked for
-    """
-
-    where: str
-    formulas: tuple[Formula, ...]
-    rule: Rule | None = None
 
 
 def _not_positive(number: Numbers) -> Flags:

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, evaluate, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
@@ -17,12 +17,11 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.requirements import Requirement, Rule, bound_of
+from eomgen.scene.reading.requirements import bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
 from eomgen.scene.reading.rotations import Rotation
+from eomgen.system.description import Requirement, Rule
 
-#: What to try where a formula of parameters has no value.
-OTHER_VALUES = "other values of the parameters"
 UNKNOWN = Number(math.nan)  # stands for what was refused, so that reading can go on to the next problem
 
 

@@ -12,9 +12,9 @@ from eomgen.scene.reading import report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
-from eomgen.scene.signals.model import Input, Output, State
 from eomgen.scene.signals.roads import Harmonic
 from eomgen.scene.signals.schema import State as WrittenState
+from eomgen.system.signals import Input, Output, State
 from eomgen.text import key_of
 
 

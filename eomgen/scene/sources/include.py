@@ -14,7 +14,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from eomgen.errors import EomgenError, FileError, UsageError
-from eomgen.scene.bodies.model import BASE
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.schema import SECTIONS, Document, Include
@@ -29,6 +28,7 @@ from eomgen.scene.sources.register import all_options, readable, source_of
 from eomgen.scene.sources.source import Source
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import TOML, toml_data
+from eomgen.system.description import BASE
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
 _MOST_FILES = 1000

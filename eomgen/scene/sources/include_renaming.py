@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.document.schema import SECTIONS, Document, Include
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.reading.keys import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
+from eomgen.system.description import BASE, WORLD
 from eomgen.text import key_of, nearest, shown
 from eomgen.units.labels import number_in_label
 from eomgen.units.parser import UnitError, is_quantity

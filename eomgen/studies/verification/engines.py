@@ -17,7 +17,8 @@ from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import update
 from eomgen.model import Model
 from eomgen.symbolic.evaluate import evaluate as evaluate_tape
-from eomgen.system.system import Factor, System
+from eomgen.system.description import Factor
+from eomgen.system.system import System
 
 Array = NDArray[Any]
 Blocks = Mapping[str, Array]

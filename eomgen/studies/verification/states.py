@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.compiled.constraints import accelerations
-from eomgen.compiled.coordinates import coordinate_names, elastic_amplitudes
+from eomgen.compiled.coordinates import coordinate_names, reaches
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.lie.product import update
 from eomgen.model import Model
@@ -65,7 +65,7 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
     initial = {"q": model.initial_q, "v": model.initial_v, "z": model.initial_z, "t": np.zeros(1)}
     if count == 1:
         return [initial], ["initial state"]
-    settings = model.scene.simulation
+    settings = model.description.simulation
     every = max(1, _STEPS // (count - 1))
     try:
         end = min(every * (count - 1) * settings.step, settings.duration)
@@ -109,9 +109,9 @@ def _random(
     """Return a state around one of the motion at any time of a run, ever nearer to it until all terms are finite there."""
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]
-    time = rng.uniform(0.0, model.scene.simulation.duration)
+    time = rng.uniform(0.0, model.description.simulation.duration)
     apart = np.where(scales["v"] == 1.0, AMPLITUDE, TRAVEL * scales["v"])
-    apart = np.minimum(apart, elastic_amplitudes(model.factors, model.scene.bodies))
+    apart = np.minimum(apart, reaches(model.factors, model.description.coordinates))
     for halving in range(_HALVINGS):
         part = 0.5**halving
         guess = {

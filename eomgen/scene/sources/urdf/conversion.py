@@ -13,7 +13,6 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.scene.bodies.model import BASE, WORLD
 from eomgen.scene.geometry.inertia import Inertia, combined
 from eomgen.scene.geometry.rotations import rows, snapped_rotation, unit_axis
 from eomgen.scene.joint_types import JOINTS
@@ -29,6 +28,7 @@ from eomgen.scene.sources.urdf.notes import (
     notes_of_what_has_no_effect,
 )
 from eomgen.scene.sources.xml import read_xml
+from eomgen.system.description import BASE, WORLD
 from eomgen.text import listed, nearest, shown
 
 _RESERVED = {BASE: "the frame that carries the tree", WORLD: "what rests while the base moves"}

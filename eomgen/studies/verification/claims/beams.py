@@ -13,7 +13,8 @@ from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Form, Space
 from eomgen.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, on_tape, spread
-from eomgen.system.system import Factor, System
+from eomgen.system.description import Factor
+from eomgen.system.system import System
 
 FAMILY = "beams"
 

@@ -9,7 +9,7 @@ import numpy as np
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.studies.verification.claims.claim import Form, Space, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.system.system import Factor
+from eomgen.system.description import Factor
 
 FAMILY = "bodies"
 _TWIST = ("omega x", "omega y", "omega z", "velocity x", "velocity y", "velocity z")

@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.compiled.coordinates import component_names, joint_factors
+from eomgen.mechanics.describe import joint_factors
 from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Directions, Form, Space, Value, column, fixed, jacobian, output
 from eomgen.studies.verification.engines import Array, Blocks, Engine
+from eomgen.system.description import component_names
 from eomgen.system.system import BASE_LAYOUT, System
 
 FAMILY = "linear model"

@@ -1,0 +1,297 @@
+"""Description: what the rest of the package may know of what a front end read, besides its equations; data only.
+
+A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are evaluated when
+a run starts or fails, and what can be drawn. Nothing behind it knows what the description was made from.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from eomgen.arrays import Flags, Numbers
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
+from eomgen.formula.prescribed_motion import Law
+from eomgen.system.signals import Input, Output, Parameter, State
+
+#: The frame that carries everything and moves as prescribed, and the inertial frame; both stand where names of bodies do.
+BASE = "base"
+WORLD = "world"
+#: Part of a limit, and of 1 rad or 1 m, that is rounding.
+_ROUNDING = 1e-9
+
+
+def component_names(letter: str, name: str, size: int) -> list[str]:
+    """Return ``q.hinge`` for one component, ``q.ball[0]`` and so on for several; without a letter, the name alone."""
+    full = f"{letter}.{name}" if letter else name
+    return [full] if size == 1 else [f"{full}[{index}]" for index in range(size)]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7, 6)."""
+
+    group: str
+    name: str
+    q_start: int
+    q_size: int
+    v_start: int
+    v_size: int
+
+    @property
+    def q(self) -> slice:
+        return slice(self.q_start, self.q_start + self.q_size)
+
+    @property
+    def v(self) -> slice:
+        return slice(self.v_start, self.v_start + self.v_size)
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """What the numbers of one factor of the group R are.
+
+    Attributes
+    ----------
+    name : of the factor
+    units : of each component of q; those of v are the same per second
+    reach : how far each component may be drawn at random, in its own unit; empty where any value will do
+    length : what deflections are small against, m; 0 for coordinates that are no deflections
+    linear : whether the equations hold for small values only
+    """
+
+    name: str
+    units: tuple[str, ...]
+    reach: tuple[float, ...] = ()
+    length: float = 0.0
+    linear: bool = False
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A range of one coordinate, beyond which a stop pushes it back.
+
+    Attributes
+    ----------
+    what : in words: ``the travel of joint slider``
+    coordinate : its name among those of q: ``q.slider``
+    stiffness : of the stop, N/m or N m/rad
+    """
+
+    what: str
+    coordinate: str
+    unit: str
+    lower: Formula | None
+    upper: Formula | None
+    stiffness: Formula
+
+    def passed(self, position: float, value: Callable[[Formula], float]) -> str:
+        """Return a sentence on a start beyond the range; empty within it. ``value`` gives what a formula of parameters is."""
+        for side, bound, sign in (("lower", self.lower, -1.0), ("upper", self.upper, 1.0)):
+            limit = math.inf * sign if bound is None else value(bound)
+            depth = sign * (position - limit)
+            if depth > _ROUNDING * (1.0 + abs(limit)):
+                effort = f"{value(self.stiffness) * depth:.3g} {'N m' if self.unit == 'rad' else 'N'}"
+                return (
+                    f"{self.what} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g} {self.unit}: "
+                    f"the stop pushes back with up to {effort}; try an initial position within the limits"
+                )
+        return ""
+
+
+class Rule(Protocol):
+    """What one value, or several together, must be.
+
+    Attributes
+    ----------
+    stage : rules of a later stage are judged only where those of the earlier ones are met
+    """
+
+    @property
+    def stage(self) -> int: ...
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        """Tell whether values break the rule: numbers, or arrays that broadcast. None of them is NaN."""
+        ...
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        """Return what is wrong with values that break the rule, and what to try."""
+        ...
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A rule for values that tunable parameters decide.
+
+    Attributes
+    ----------
+    where : file, line and key, for messages
+    formulas : the values, formulas of parameters
+    rule : None where a finite value is all that is asked for
+    """
+
+    where: str
+    formulas: tuple[Formula, ...]
+    rule: Rule | None = None
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed in a body (or in the base, or in the world), coordinates in that frame, formulas of parameters."""
+
+    name: str
+    body: str
+    position: Vector
+
+
+@dataclass(frozen=True)
+class Solid:
+    """What stands for a body, which the term ``poses`` moves: the homogeneous solid of its mass, centre and inertia.
+
+    Attributes
+    ----------
+    inertia : xx, yy, zz, xy, xz, yz about the centre of mass, body axes
+    hub : where lines to whatever touches the body begin: at its centre of mass (``center``) or its ``origin``
+    """
+
+    name: str
+    mass: Formula
+    center_of_mass: Vector = ZERO_VECTOR
+    inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula] = (ZERO,) * 6
+    hub: str = "origin"
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint: a pin where it turns, a rail where it slides, along ``axis``, at ``position`` in its parent.
+
+    ``tied`` tells whether the parent is drawn to reach to it.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    position: Vector
+    axis: tuple[float, float, float]
+    turns: bool = False
+    slides: bool = False
+    tied: bool = True
+
+
+@dataclass(frozen=True)
+class Link:
+    """What holds two places together, ``visible`` where it is a rod itself; both bodies are drawn to reach to it."""
+
+    name: str
+    first: Point
+    second: Point
+    visible: bool = False
+
+
+@dataclass(frozen=True)
+class Line:
+    """A force between two points, by their names: a spring where it is ``elastic``."""
+
+    name: str
+    first: str
+    second: str
+    elastic: bool = True
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A tyre about a point, by its name, on a road: a formula of where the point is, time, inputs and parameters."""
+
+    name: str
+    center: str
+    radius: Formula
+    road: Formula
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What there is to see. Solids come in the order of the poses."""
+
+    solids: tuple[Solid, ...] = ()
+    hinges: tuple[Hinge, ...] = ()
+    points: tuple[Point, ...] = ()
+    lines: tuple[Line, ...] = ()
+    links: tuple[Link, ...] = ()
+    wheels: tuple[Wheel, ...] = ()
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What ``simulate`` does when the caller does not say otherwise."""
+
+    method: str = "generalized_alpha"
+    step: float = 1e-3
+    duration: float = 10.0
+    rho_inf: float = 0.8
+    record_every: int = 1
+    alpha: float | None = None
+    beta: float | None = None
+    gamma: float | None = None
+    start: str = "initial"
+    tolerance: float | None = None
+    order: int | None = None
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a ``CompiledModel`` knows besides its compiled functions.
+
+    Attributes
+    ----------
+    parameters : all of them; tunable ones are arguments of every call
+    states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
+    coordinates : of the factors of group R; what is not said has no unit
+    joints : the factors that the joints between absolute bodies would have, which measure them; else empty
+    base : names of the base's accelerations, which count as disturbances
+    laws : what is prescribed over time
+    formulas : what forces depend on, inputs excepted
+    limits : ranges of coordinates
+    requirements : what values must be that tunable parameters decide
+    lengths : vectors, m, whose norms tell how large the machine is
+    gravity : m/s^2
+    """
+
+    name: str
+    description: str = ""
+    parameters: tuple[Parameter, ...] = ()
+    states: tuple[State, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    coordinates: tuple[Coordinates, ...] = ()
+    joints: tuple[Factor, ...] = ()
+    base: tuple[str, ...] = ()
+    laws: tuple[Law, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    requirements: tuple[Requirement, ...] = ()
+    lengths: tuple[tuple[Formula, ...], ...] = ()
+    gravity: Vector = ZERO_VECTOR
+    drawing: Drawing = field(default_factory=Drawing)
+    simulation: Simulation = field(default_factory=Simulation)
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """Values of the parameters that are not tunable."""
+        return {item.name: item.value for item in self.parameters if not item.tunable}
+
+    def values(self, tunable: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all parameters."""
+        return {item.name: tunable.get(item.name, item.value) for item in self.parameters}
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """Names of the inputs that a controller or a caller drives."""
+        return tuple(item.name for item in self.inputs if not item.given)
+
+    @property
+    def disturbances(self) -> tuple[str, ...]:
+        """Names of the columns of a linear model's right-hand side that are not driven: given inputs, then the base."""
+        return (*(item.name for item in self.inputs if item.given), *self.base)
