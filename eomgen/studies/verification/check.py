@@ -88,12 +88,11 @@ def check(
     model = pipeline.build(described, terms, profile=profile)
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
-    beams = {body.name: body.beam.length for body in described.bodies if body.beam is not None}
-    found, space = draw(model, engine, beams, states, rng)
-    forms = _chosen(_forms(space, engine, system, described), only)
+    found, space = draw(model, engine, states, rng)
+    forms = _chosen(_forms(space, engine, system, model), only)
     reports = tuple(_explained(judged(form, engine, tape, system, found, rng), model, found) for form in forms)
     corners = Rough(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).corners()
-    return CheckReport(described.name, found.names, seed, reports, found.notes, tuple(corners))
+    return CheckReport(model.name, found.names, seed, reports, found.notes, tuple(corners))
 
 
 def _explained(report: FormReport, model: Model, found: States) -> FormReport:
@@ -123,16 +122,16 @@ def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
     return [term.name for term in _CHECKED if term.name not in left_out]
 
 
-def _forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
+def _forms(space: Space, engine: Engine, system: System, model: Model) -> list[Form]:
     return [
         *motion_forms(space, engine),
         *partial_forms(space, engine, system),
         *constraint_forms(space, engine),
         *packed_forms(space, engine, system),
         *body_forms(space, engine),
-        *beam_forms(space, engine, system, scene),
+        *beam_forms(space, engine, system, model.scene),
         *rate_forms(space, engine),
-        *linear_forms(space, engine, system, scene),
+        *linear_forms(space, engine, system, model.description),
     ]
 
 

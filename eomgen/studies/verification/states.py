@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,14 +34,12 @@ class States:
     notes: tuple[str, ...]
 
 
-def draw(
-    model: Model, engine: Engine, beams: Mapping[str, float], count: int, rng: np.random.Generator
-) -> tuple[States, Space]:
-    """Return states, the first of them the initial one, and the space they are in; ``beams`` are their lengths by name."""
+def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[States, Space]:
+    """Return states, the first of them the initial one, and the space they are in."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
     length = _length(model)
-    scales = _scales(model, motion, length, beams)
+    scales = _scales(model, motion, length)
     found = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, found, strict=True) if state is not None]
     outside = [name for name, state in zip(names, found, strict=True) if state is None]
@@ -90,9 +87,10 @@ def _length(model: Model) -> float:
     return extent if 0.0 < extent < np.inf else 1.0
 
 
-def _scales(model: Model, motion: list[dict[str, Array]], length: float, beams: Mapping[str, float]) -> dict[str, Array]:
+def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
     """Return the size of what is small: 1 rad and 1 rad/s, the scene's length and length per s; what z reaches."""
     units = np.ones(model.nv)
+    beams = {item.name: item.length for item in model.description.coordinates if item.length}
     for factor in model.factors:
         linear = [k for k in range(factor.v_size) if model.v_units[factor.v_start + k].startswith("m")]
         own = beams.get(factor.name, length)

@@ -34,12 +34,12 @@ class _Change:
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
 
-def beam_forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
+def beam_forms(space: Space, engine: Engine, system: System, scene: object) -> list[Form]:
     """Return the forms of the term ``elastic``.
 
     What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at rest.
     """
-    if "elastic" not in engine or "inverse_dynamics" not in engine:
+    if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []
     own, factors = on_tape(system), _elastic(system, scene)
     soft = _Change(own, _with(scene, _softened), "equations without stiffness")

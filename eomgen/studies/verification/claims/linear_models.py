@@ -8,18 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.mechanics.describe import joint_factors
-from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
-from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Directions, Form, Space, Value, column, fixed, jacobian, output
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.system.description import component_names
+from eomgen.system.description import Description, component_names
 from eomgen.system.system import BASE_LAYOUT, System
 
 FAMILY = "linear model"
 
 
-def linear_forms(space: Space, engine: Engine, system: System, scene: Scene) -> list[Form]:
+def linear_forms(space: Space, engine: Engine, system: System, description: Description) -> list[Form]:
     """Return the forms of the terms that ``engine`` has."""
     forms: list[Form] = []
     residual, rate = ("residual", "r"), ("internal_rate", "zdot")
@@ -29,16 +26,16 @@ def linear_forms(space: Space, engine: Engine, system: System, scene: Scene) -> 
         forms += _of_states(space, system, "linearization", of)
         driven = {"B0": (residual, -1.0), "Fu": (rate, 1.0)}
         disturbed = {"E0": (residual, -1.0), "Fw": (rate, 1.0)}
-        forms += _of_drives(space, system, scene, "linearization", driven, disturbed)
+        forms += _of_drives(space, system, description, "linearization", driven, disturbed)
     if "acceleration_partials" in engine:
         forms += _of_rows(space, system)
     if "joint_velocities" in engine:
-        forms += _of_joints(space, system, scene)
+        forms += _of_joints(space, system, description)
     if "output_partials" in engine:
         y = ("outputs", "y")
         of = {f"Y{block}": (y, block) for block in ("q", "v", "a", "z", "lam")}
         forms += _of_states(space, system, "output_partials", of)
-        forms += _of_drives(space, system, scene, "output_partials", {"Yu": (y, 1.0)}, {"Yw": (y, 1.0)})
+        forms += _of_drives(space, system, description, "output_partials", {"Yu": (y, 1.0)}, {"Yw": (y, 1.0)})
     return forms
 
 
@@ -65,18 +62,17 @@ def _of_states(
 
 
 def _of_drives(
-    space: Space, system: System, scene: Scene, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
+    space: Space, system: System, description: Description, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
     disturbed: Mapping[str, tuple[tuple[str, str], float]],
 ) -> list[Form]:  # fmt: skip
     """Return the forms of partials in driven inputs, and in given inputs with the base's accelerations."""
     there, nu = _named(system, term), system.nu
-    given, of_base = given_inputs(scene), base_disturbances(scene)
-    by_input = np.eye(nu)
-    names = tuple(item.name for item in scene.inputs)
-    free = driven_inputs(scene)
-    free_directions = {"u": by_input[list(free)]} if free else {}
+    given = [number for number, item in enumerate(description.inputs) if item.given]
+    free = [number for number, item in enumerate(description.inputs) if not item.given]
+    of_base, by_input = description.base, np.eye(nu)
+    free_directions = {"u": by_input[free]} if free else {}
     outside = np.zeros((len(given) + len(of_base), nu))
-    outside[np.arange(len(given)), list(given)] = 1.0
+    outside[np.arange(len(given)), given] = 1.0
     accelerations = np.zeros((len(outside), sum(size for _, size, _ in BASE_LAYOUT)))
     last = accelerations.shape[1]
     accelerations[len(given) :, last - len(of_base) :] = np.eye(len(of_base))
@@ -84,8 +80,8 @@ def _of_drives(
     disturbances |= {"base": accelerations} if of_base else {}
     forms = []
     for entries, rates, columns in (
-        (driven, free_directions, tuple(names[k] for k in free)),
-        (disturbed, disturbances, disturbance_names(scene)),
+        (driven, free_directions, description.driven),
+        (disturbed, disturbances, description.disturbances),
     ):
         for name, (source, sign) in entries.items():
             if name in there:
@@ -116,9 +112,9 @@ def _of_rows(space: Space, system: System) -> list[Form]:
     ]
 
 
-def _of_joints(space: Space, system: System, scene: Scene) -> list[Form]:
+def _of_joints(space: Space, system: System, description: Description) -> list[Form]:
     """Return the forms of the velocities of joints: their partials, their rates, and the partials of these."""
-    term, names = "joint_velocities", [name for f in joint_factors(scene) for name in component_names("", f.name, f.v_size)]
+    term, names = "joint_velocities", [name for f in description.joints for name in component_names("", f.name, f.v_size)]
     v, a = (term, "joint_v"), (term, "joint_a")
     there = _named(system, term)
 
