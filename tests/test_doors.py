@@ -43,7 +43,7 @@ DOORS: dict[str, set[str]] = {
     "scene": {"arrays", "calls", "errors", "extensions", "formula", "system", "text", "units"},
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
-    "codegen": {"errors", "integrators", "resources", "symbolic", "system", "version"},
+    "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
     # a compiled model, and what it can do
     "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},
     "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "system"},
@@ -99,9 +99,9 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "codegen": (
         "program",
-        "metadata scheduling",
+        "folder metadata scheduling",
         "series targets",
-        "convert folder",
+        "convert",
     ),
     "symbolic": (
         "operations",

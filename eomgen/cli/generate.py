@@ -14,6 +14,7 @@ from eomgen.cli.printing import counted, print_json, say
 @scene_options
 @folder_option
 @terms_option
+@click.option("--target", default="c", show_default=True, help="The language; others than C come with other distributions.")
 @click.option("--method", default=None, help="Whose stepper is written; the scene's by default.")
 @json_option
 @debug_option
@@ -28,6 +29,7 @@ def generate(
     folder: str,
     terms: list[str] | None,
     method: str | None,
+    target: str,
     as_json: bool,
 ) -> None:
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
@@ -36,7 +38,7 @@ def generate(
     described = pipeline.load(
         scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
     )
-    files = pipeline.generate(described, folder, terms, method)
+    files = pipeline.generate(described, folder, terms, method, target=target)
     if as_json:
         print_json([str(file) for file in files])
     else:

@@ -10,7 +10,8 @@ from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCur
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.functions import series_functions
-from eomgen.codegen.targets.c.naming import check_identifier, check_prefix, mangle, output_name
+from eomgen.codegen.targets.c.naming import NAMES
+from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.symbolic.operations import CurveLike, Op
@@ -30,6 +31,7 @@ def to_program(
     *,
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
+    names: Names = NAMES,
 ) -> Program:
     """Return the Program of a System.
 
@@ -41,6 +43,8 @@ def to_program(
         The functions wanted, in this order; all by default.
     part_limit, nest_limit : int
         Operations per compiled part and per statement at most.
+    names : Names
+        Of the target language; C's by default.
 
     Raises
     ------
@@ -54,7 +58,7 @@ def to_program(
     tape = system.tape
     loop_numbers: dict[int, int] = {}
     curve_numbers: dict[int, int] = {}
-    made = _functions(system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
+    made = _functions(names, system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
@@ -64,7 +68,7 @@ def to_program(
             data["jumps"] = jump_data((*system.discontinuities, *corners), data["max_order"])
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
-        prefix=check_prefix(system.name),
+        prefix=names.model(system.name),
         description=system.description,
         sizes={
             "q": system.nq,
@@ -80,10 +84,10 @@ def to_program(
         },
         factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
         angles=system.angles,
-        parameters=_named(system.parameters, "p_"),
-        inputs=_named(system.inputs, "u_"),
-        states=_named(system.states, "z_"),
-        outputs=_named(system.outputs, "y_"),
+        parameters=_named(names, system.parameters, "p_"),
+        inputs=_named(names, system.inputs, "u_"),
+        states=_named(names, system.states, "z_"),
+        outputs=_named(names, system.outputs, "y_"),
         bodies=system.bodies,
         multipliers=system.multipliers,
         row_units=system.row_units,
@@ -104,7 +108,7 @@ def to_program(
         kept=system.kept,
         dropped=system.dropped,
         notes=system.notes,
-        constants=_constants(system, wanted),
+        constants=_constants(names, system, wanted),
         beams=system.beams,
         version=__version__,
         method=data,
@@ -119,7 +123,7 @@ def _curve(curve: CurveLike) -> ProgramCurve:
     return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.held)
 
 
-def _constants(system: System, wanted: Sequence[str]) -> tuple[Named, ...]:
+def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Named, ...]:
     """Return the named numbers that the functions hold; of several names for one number, the first."""
     if not system.constants:
         return ()
@@ -128,20 +132,25 @@ def _constants(system: System, wanted: Sequence[str]) -> tuple[Named, ...]:
     used = {abs(tape.constants[tape.a[node]]) for node in live if tape.op[node] is Op.CONST}
     first = {item.value: item for item in reversed(system.constants)}
     held = [item for item in system.constants if item.value in used and first[item.value] is item]
-    return _named(held, "")
+    return _named(names, held, "")
 
 
-def _named(quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
+def _named(names: Names, quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
     return tuple(
-        Named(item.name, mangle(item.name, prefix), float(item.value), item.size, item.unit, item.description)
+        Named(item.name, names.member(item.name, prefix), float(item.value), item.size, item.unit, item.description)
         for item in quantities
     )
 
 
 def _functions(
-    system: System, wanted: Sequence[str], loop_numbers: dict[int, int], curve_numbers: dict[int, int], part_limit: int,
+    names: Names,
+    system: System,
+    wanted: Sequence[str],
+    loop_numbers: dict[int, int],
+    curve_numbers: dict[int, int],
+    part_limit: int,
     nest_limit: int,
-) -> tuple[ProgramFunction, ...]:  # fmt: skip
+) -> tuple[ProgramFunction, ...]:
     """Return the functions; one that computes the same as an earlier one only calls it."""
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
@@ -150,19 +159,19 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(system, function, loop_numbers, curve_numbers, part_limit, nest_limit))
+            made.append(_function(names, system, function, loop_numbers, curve_numbers, part_limit, nest_limit))
             known[key] = made[-1]
             continue
         outputs = tuple(
             dataclasses.replace(  # the same numbers may be another shape here: packed nonzeros of a full matrix
-                output, name=block.name, argument=output_name(block.name, first.inputs), shape=block.shape,
+                output, name=block.name, argument=names.output(block.name, first.inputs), shape=block.shape,
                 description=block.description,
             )
             for output, block in zip(first.outputs, (b for b in function.outputs if b.refs), strict=True)
         )
         made.append(
             dataclasses.replace(
-                first, name=check_identifier(name, "the function"), description=function.description, outputs=outputs,
+                first, name=names.function(name, "the function"), description=function.description, outputs=outputs,
                 parts=(Part((), (), (), False, 0),), workspace=0, operations=0, same_as=first.name,
             )
         )  # fmt: skip
@@ -170,10 +179,15 @@ def _functions(
 
 
 def _function(
-    system: System, function: Function, loop_numbers: dict[int, int], curve_numbers: dict[int, int], part_limit: int,
+    names: Names,
+    system: System,
+    function: Function,
+    loop_numbers: dict[int, int],
+    curve_numbers: dict[int, int],
+    part_limit: int,
     nest_limit: int,
-) -> ProgramFunction:  # fmt: skip
-    name = check_identifier(function.name, "the function")
+) -> ProgramFunction:
+    name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:
         raise ModelError(
@@ -209,7 +223,7 @@ def _function(
         description=function.description,
         inputs=inputs,
         outputs=tuple(
-            OutputArray(label, label if name == "base" else output_name(label, inputs), shape, len(refs), description)
+            OutputArray(label, label if name == "base" else names.output(label, inputs), shape, len(refs), description)
             for label, shape, refs, description in blocks
         ),
         parts=result.parts,

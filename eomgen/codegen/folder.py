@@ -8,8 +8,40 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from eomgen.codegen.targets.c.target import MANIFEST
+from eomgen.codegen.program import Program
 from eomgen.errors import FileError
+
+MANIFEST = "manifest.json"
+
+
+def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
+    """Return the manifest of a folder: what it is of, its files, and what the functions take and give.
+
+    Parameters
+    ----------
+    files : mapping
+        Of the folder, without the manifest.
+    more
+        What else a target says of them.
+    """
+    data = {
+        "generator": "eomgen",
+        "version": program.version,
+        "model": program.prefix,
+        "files": sorted([*files, MANIFEST]),
+        "sizes": dict(program.sizes),
+        "functions": {
+            function.name: {
+                "inputs": function.inputs,
+                "outputs": [output.name for output in function.outputs],
+                "counts": dict(function.counts),
+            }
+            for function in program.functions
+        },
+        "license": "MIT",
+        **more,
+    }
+    return json.dumps(data, indent=2, sort_keys=True) + "\n"
 
 
 def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eomgen.codegen.program import Program
+    from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
     from eomgen.model import Model
     from eomgen.solvers.consistency import Constrained
@@ -99,7 +100,14 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 
 
 @checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
-def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None = None, method: str | None = None) -> list[Path]:
+def generate(
+    scene: Described,
+    folder: str | Path,
+    terms: Sequence[str] | None = None,
+    method: str | None = None,
+    *,
+    target: str = "c",
+) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
     Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was found.
@@ -110,21 +118,24 @@ def generate(scene: Described, folder: str | Path, terms: Sequence[str] | None =
         New, empty, or written by eomgen before.
     terms, method
         As in ``build``.
+    target : str
+        The language: ``c``, or one that another distribution gives, which may have no steppers.
 
     Raises
     ------
-    ModelError, FileError
+    UsageError, ModelError, FileError
     """
     from eomgen.codegen.folder import write_folder  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import generate_files  # noqa: PLC0415
+    from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
 
+    chosen = target_named(target)
     scene = as_scene(scene)
-    program = _program(scene, terms, method)[0]
+    program = _program(scene, terms, method, chosen)[0]
     if scene.simulation.start == "equilibrium":
         from eomgen.pipeline.equilibrium_start import settled  # noqa: PLC0415
 
         program = settled(program, scene, lambda needed: build(scene, needed, profile="reproducible"))
-    files = generate_files(program)
+    files = chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
 
@@ -295,7 +306,7 @@ def _method(scene: Scene, method: str | None) -> Method:
         raise DescriptionError(problems) from None
 
 
-def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> tuple[Program, str]:
+def _program(scene: Scene, terms: Sequence[str] | None, method: str | None, target: Target) -> tuple[Program, str]:
     """Return the Program, and why it has no stepper where it has none."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
@@ -306,10 +317,12 @@ def _program(scene: Scene, terms: Sequence[str] | None, method: str | None) -> t
 
         scene = calibrated(scene, _linearizable)
     system = derive(scene, terms)
+    if not target.steppers:
+        return to_program(system, names=target.names), f"{target.language} has functions only"
     try:
-        return to_program(system, method_data(chosen, system, scene.simulation.step)), ""
+        return to_program(system, method_data(chosen, system, scene.simulation.step), names=target.names), ""
     except ModelError as error:
-        return to_program(system), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
+        return to_program(system, names=target.names), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
 
 
 def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: str, real: str) -> Library:
@@ -328,9 +341,9 @@ def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Build
     """Return the library of a scene, derived and compiled."""
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import generate_files, generate_interface  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
 
-    program, refusal = _program(scene, terms, method)
+    program, refusal = _program(scene, terms, method, C)
     files = generate_files(program)
     layout: dict[str, Any] = {
         **interface_layout(program),

@@ -1,3 +1,3 @@
-"""Target languages, one room each: names, printer, files."""
+"""Target languages, a room or a distribution each: names, printer, files."""
 
-__all__ = ["c"]
+__all__ = ["c", "register", "target"]

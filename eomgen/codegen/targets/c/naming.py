@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -74,6 +75,8 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
     clash = name in inputs or _C_WORDS.fullmatch(name) or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
     return f"{name}_out" if clash else name
 
+
+NAMES = Names(check_prefix, check_identifier, mangle, output_name)
 
 _POINTERS = {
     "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from collections.abc import Mapping
 from functools import cache
 
 import jinja2
 
+from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.targets.c.naming import CNames, c_string, comment
+from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
+from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
 
-MANIFEST = "manifest.json"
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
@@ -133,10 +133,9 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     files["eomgen_real.h"] = context.render("c/model/eomgen_real.h.jinja")
     files["main.c"] = context.render("c/main/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))
-    files["README.md"] = context.render(
-        "c/main/README.md.jinja", command=compile_command(program, sources), examples=_examples(program)
-    )
-    files[MANIFEST] = _manifest(program, files)
+    command = compile_command(program, sources)
+    files["README.md"] = context.render("c/main/README.md.jinja", command=command, examples=_examples(program))
+    files[MANIFEST] = manifest(program, files, fingerprint=fingerprint(files), compile=command)
     return files
 
 
@@ -169,24 +168,4 @@ def _examples(program: Program) -> str:
     return "".join(f" {comment(named.name)}={named.value:.6g}" for named in (*program.parameters, *program.inputs)[:2])
 
 
-def _manifest(program: Program, files: Mapping[str, str]) -> str:
-    sources = sorted(name for name in files if name.endswith(".c"))
-    data = {
-        "generator": "eomgen",
-        "version": program.version,
-        "model": program.prefix,
-        "files": sorted([*files, MANIFEST]),
-        "fingerprint": fingerprint(files),
-        "compile": compile_command(program, sources),
-        "sizes": dict(program.sizes),
-        "functions": {
-            function.name: {
-                "inputs": function.inputs,
-                "outputs": [o.name for o in function.outputs],
-                "counts": dict(function.counts),
-            }
-            for function in program.functions
-        },
-        "license": "MIT",
-    }
-    return json.dumps(data, indent=2, sort_keys=True) + "\n"
+C = Target("c", "C99", NAMES, generate_files, steppers=True)

@@ -1,0 +1,37 @@
+"""The register of targets: C, and those of other distributions."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from eomgen.codegen.targets.c.target import C
+from eomgen.codegen.targets.target import Target
+from eomgen.errors import Problem, UsageError
+from eomgen.extensions import broken, extensions, loaded
+from eomgen.text import nearest, shown
+
+#: The group of entry points under which a distribution gives its targets: objects of the class ``Target``.
+GROUP = "eomgen.targets"
+BUILT_IN: tuple[Target, ...] = (C,)
+
+
+@cache
+def targets() -> dict[str, Target]:
+    """Return all targets by name. Raises UsageError naming the distribution of one that cannot be taken."""
+    found = {target.name: target for target in BUILT_IN}
+    for entry in extensions(GROUP):
+        target = loaded(entry, Target)
+        if target.name in found:
+            raise broken(entry, f"takes the name {shown(target.name)}, which another target has")
+        found[target.name] = target
+    return found
+
+
+def target_named(name: str) -> Target:
+    """Return a target by its name. Raises UsageError with the nearest names."""
+    own = next((target for target in BUILT_IN if target.name == name), None)
+    if own is not None:
+        return own
+    if name not in targets():
+        raise UsageError(Problem("target", f"there is no target {shown(str(name))}", nearest(str(name), targets())))
+    return targets()[name]

@@ -1,0 +1,54 @@
+"""What a target language gives: the row of the register of targets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from eomgen.codegen.program import Program
+
+
+@dataclass(frozen=True)
+class Names:
+    """How the names of a System become those of a language; each raises ModelError for a name that cannot.
+
+    Attributes
+    ----------
+    model : callable
+        ``model(name)``: the prefix of all names of the model.
+    function : callable
+        ``function(name, what)``: a name that a front end gave; ``what`` says of what, for messages.
+    member : callable
+        ``member(name, prefix)``: an identifier for any text, different for different texts.
+    output : callable
+        ``output(name, inputs)``: the argument of an output beside those of input blocks.
+    """
+
+    model: Callable[[str], str]
+    function: Callable[[str, str], str]
+    member: Callable[[str, str], str]
+    output: Callable[[str, tuple[str, ...]], str]
+
+
+@dataclass(frozen=True)
+class Target:
+    """One target language.
+
+    Attributes
+    ----------
+    name : str
+        As ``generate(..., target=name)`` and ``--target`` take it.
+    language : str
+        For messages and help.
+    names : Names
+    files : callable
+        ``files(program)``: texts by file name, with the one of ``folder.manifest`` among them.
+    steppers : bool
+        Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions alone.
+    """
+
+    name: str
+    language: str
+    names: Names
+    files: Callable[[Program], dict[str, str]]
+    steppers: bool = False
