@@ -110,7 +110,8 @@ def test_a_distribution_brings_a_target(installed: Path, rng: np.random.Generato
         given = {**blocks, "p": model.parameter_array(), "t": [0.0]}
         for name in terms:
             inputs = model.functions.inputs(name)
-            expected = model.evaluate(name, **{block: blocks[block] for block in inputs if block in blocks})
+            known = {{"lam": "multipliers"}.get(block, block): blocks[block] for block in inputs if block in blocks}
+            expected = model.evaluate(name, **known)
             found = written[name](*(given[block] for block in inputs))
             for output, wanted in zip(found if isinstance(found, tuple) else (found,), expected.values(), strict=True):
                 assert np.ravel(output) == pytest.approx(np.ravel(wanted), rel=1e-13, abs=1e-13)
