@@ -6,6 +6,7 @@ It serves checks at the default parameters, and is the reference that generated 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -15,63 +16,24 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 
 #: What to try where a formula of parameters has no value.
 OTHER_VALUES = "other values of the parameters"
-
-_FUNCTIONS: Mapping[str, Callable[..., float]] = {
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
-    "pow": math.pow,
-    "neg": lambda a: -a,
-    "lt": lambda a, b: float(a < b),
-    "le": lambda a, b: float(a <= b),
-    "select": lambda condition, then, otherwise: then if condition != 0.0 else otherwise,
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "atan2": math.atan2,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "exp": math.exp,
-    "log": math.log,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "sign": lambda a: math.copysign(1.0, a) if a != 0.0 else 0.0,
-    "min": min,
-    "max": max,
-}
-
-#: The same functions on arrays.
-_ARRAY_FUNCTIONS: Mapping[str, Callable[..., NDArray[np.float64]]] = {
-    "add": np.add,
-    "sub": np.subtract,
-    "mul": np.multiply,
-    "div": np.divide,
-    "pow": np.float_power,
-    "neg": np.negative,
-    "lt": lambda a, b: np.less(a, b).astype(np.float64),
-    "le": lambda a, b: np.less_equal(a, b).astype(np.float64),
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-    "sqrt": np.sqrt,
-    "abs": np.abs,
-    "sign": np.sign,
-    "min": np.minimum,
-    "max": np.maximum,
+_SAME = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt")
+#: Operations of formulas on numbers, and on arrays.
+_FUNCTIONS: Mapping[str, tuple[Callable[..., float], Callable[..., NDArray[np.float64]]]] = {
+    "add": (operator.add, np.add),
+    "sub": (operator.sub, np.subtract),
+    "mul": (operator.mul, np.multiply),
+    "div": (operator.truediv, np.divide),
+    "pow": (math.pow, np.float_power),
+    "neg": (operator.neg, np.negative),
+    "lt": (lambda a, b: float(a < b), lambda a, b: np.less(a, b).astype(np.float64)),
+    "le": (lambda a, b: float(a <= b), lambda a, b: np.less_equal(a, b).astype(np.float64)),
+    "select": (lambda condition, then, otherwise: then if condition != 0.0 else otherwise, np.where),
+    **{name: (getattr(math, name), getattr(np, name)) for name in _SAME},
+    **{name: (getattr(math, name), getattr(np, f"arc{name[1:]}")) for name in ("asin", "acos", "atan", "atan2")},
+    "abs": (abs, np.abs),
+    "sign": (lambda a: math.copysign(1.0, a) if a != 0.0 else 0.0, np.sign),
+    "min": (min, np.minimum),
+    "max": (max, np.maximum),
 }
 
 
@@ -84,7 +46,7 @@ def apply(name: str, arguments: Sequence[float]) -> float:
         Where the operation has no finite value; the text says which one.
     """
     try:
-        value = float(_FUNCTIONS[name](*arguments))
+        value = float(_FUNCTIONS[name][0](*arguments))
     except (ValueError, ArithmeticError):
         value = math.nan
     if not math.isfinite(value):
@@ -144,7 +106,7 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArra
     if formula.name == "select":
         condition, then, otherwise = arguments
         return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))
-    value = _ARRAY_FUNCTIONS[formula.name](*arguments)
+    value = _FUNCTIONS[formula.name][1](*arguments)
     unknown = ~np.isfinite(value)
     for argument in arguments:  # comparisons and powers make a number of NaN
         unknown = unknown | np.isnan(argument)

@@ -6,19 +6,45 @@ Whoever walks a formula needs to know these classes and nothing else; no text of
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from eomgen.formula.piecewise import AnyCurve
 
 
+class Node:
+    """Operators of formulas: they make nodes and simplify nothing."""
+
+    def __add__(self, other: Formula | float) -> Formula:
+        return _operation("add", self, other)
+
+    def __radd__(self, other: float) -> Formula:
+        return _operation("add", other, self)
+
+    def __sub__(self, other: Formula | float) -> Formula:
+        return _operation("sub", self, other)
+
+    def __mul__(self, other: Formula | float) -> Formula:
+        return _operation("mul", self, other)
+
+    def __rmul__(self, other: float) -> Formula:
+        return _operation("mul", other, self)
+
+    def __truediv__(self, other: Formula | float) -> Formula:
+        return _operation("div", self, other)
+
+    def __neg__(self) -> Formula:
+        return _operation("neg", self)
+
+
 @dataclass(frozen=True)
-class Number:
+class Number(Node):
     """A literal."""
 
     value: float
 
 
 @dataclass(frozen=True)
-class Symbol:
+class Symbol(Node):
     """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
 
     Attributes
@@ -40,7 +66,7 @@ class Symbol:
 
 
 @dataclass(frozen=True)
-class Operation:
+class Operation(Node):
     """An operator or function applied to arguments.
 
     Attributes
@@ -56,12 +82,17 @@ class Operation:
 
 
 @dataclass(frozen=True)
-class Application:
+class Application(Node):
     """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 * t)``."""
 
     curve: AnyCurve
     argument: Formula
     derivative: int = 0
+
+
+def _operation(name: str, *arguments: Any) -> Operation:
+    """Return an operation on formulas and numbers."""
+    return Operation(name, tuple(Number(float(item)) if isinstance(item, float | int) else item for item in arguments))
 
 
 Formula = Number | Symbol | Operation | Application

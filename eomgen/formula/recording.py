@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
@@ -14,11 +15,9 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
 
 Resolver = Callable[[Symbol], Scalar]
-
-_CALLS = {
-    "sin": Op.SIN, "cos": Op.COS, "tan": Op.TAN, "asin": Op.ASIN, "acos": Op.ACOS, "atan": Op.ATAN, "atan2": Op.ATAN2,
-    "sinh": Op.SINH, "cosh": Op.COSH, "tanh": Op.TANH, "exp": Op.EXP, "log": Op.LOG, "sqrt": Op.SQRT, "abs": Op.ABS,
-    "sign": Op.SIGN, "min": Op.MIN, "max": Op.MAX, "lt": Op.LT, "le": Op.LE, "pow": Op.POW,
+#: What scalars write as operators; all other operations of formulas are the tape's, by the same names.
+_OPERATORS: Mapping[str, Callable[..., Scalar]] = {
+    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": operator.truediv, "neg": operator.neg,
 }  # fmt: skip
 
 
@@ -57,21 +56,11 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
 
 
 def _operation(algebra: Algebra, name: str, arguments: Sequence[Scalar]) -> Scalar:
-    match name:
-        case "add":
-            return arguments[0] + arguments[1]
-        case "sub":
-            return arguments[0] - arguments[1]
-        case "mul":
-            return arguments[0] * arguments[1]
-        case "div":
-            return arguments[0] / arguments[1]
-        case "neg":
-            return -arguments[0]
-        case "select":
-            return algebra.select(arguments[0], arguments[1], arguments[2])
-        case _:
-            return algebra.call(_CALLS[name], *arguments)
+    if name in _OPERATORS:
+        return _OPERATORS[name](*arguments)
+    if name == "select":
+        return algebra.select(arguments[0], arguments[1], arguments[2])
+    return algebra.call(Op[name.upper()], *arguments)
 
 
 def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: int = 0) -> Scalar:

@@ -20,7 +20,7 @@ from eomgen.control.plant import Plant
 from eomgen.control.riccati import lqr
 from eomgen.control.weights import Weights
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
-from eomgen.formula.nodes import Operation, Symbol
+from eomgen.formula.nodes import Symbol
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
@@ -101,7 +101,7 @@ def _opened(scene: Scene) -> _Opened:
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(
-        replace(item, output=Operation("add", (item.output, Symbol("input", _input_of(item.name)))))
+        replace(item, output=item.output + Symbol("input", _input_of(item.name)))
         if item.name in acting
         else item
         for item in scene.controllers

@@ -207,6 +207,15 @@ def test_hostile(text: str, message: str) -> None:
     assert message in refusal(text)
 
 
+def test_operators_write_what_the_reader_makes() -> None:
+    x, y = Symbol("time"), Symbol("parameter", "k")
+    made = -(2.0 * x + y) / (1 + x * 3.0 - y)
+    two, three, one = Number(2.0), Number(3.0), Number(1.0)
+    above = Operation("neg", (Operation("add", (Operation("mul", (two, x)), y)),))
+    below = Operation("sub", (Operation("add", (one, Operation("mul", (x, three)))), y))
+    assert made == Operation("div", (above, below))
+
+
 def test_sum_of_many_arguments_stays_flat() -> None:
     formula = read_formula(f"max({','.join(['t'] * 900)})", NAMES, EVERYTHING)
 

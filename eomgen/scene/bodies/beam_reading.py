@@ -5,7 +5,9 @@ Properties along a beam are formulas times polynomials in s = (x - start) / leng
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -13,7 +15,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number, Operation
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.model import Body
@@ -81,7 +83,7 @@ def times(factor: Fraction, formula: Formula) -> Formula:
     """Return a formula times a number, rounded once."""
     if isinstance(formula, Number) and math.isfinite(formula.value):
         return Number(float(factor * Fraction(formula.value)))
-    return formula if factor == 1 else Operation("mul", (Number(float(factor)), formula))
+    return formula if factor == 1 else float(factor) * formula
 
 
 def _product(*formulas: Formula) -> Formula:
@@ -89,16 +91,13 @@ def _product(*formulas: Formula) -> Formula:
     rest = [formula for formula in formulas if not isinstance(formula, Number)]
     if not rest or numbers == 0.0 or not math.isfinite(numbers):
         return Number(numbers)
-    product = rest[0]
-    for formula in rest[1:]:
-        product = Operation("mul", (product, formula))
-    return times(Fraction(numbers), product)
+    return times(Fraction(numbers), functools.reduce(operator.mul, rest))
 
 
 def _sum(first: Formula, second: Formula) -> Formula:
     if isinstance(first, Number) and isinstance(second, Number):
         return Number(first.value + second.value)
-    return Operation("add", (first, second))
+    return first + second
 
 
 def _moment(profile: Sequence[float], power: int) -> Fraction:

@@ -41,23 +41,22 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     made: dict[str, tuple[Formula, float]] = {}
     if entry.type in ("pi", "pid"):
         kp, ki = number("proportional", 0.0), number("integral", 0.0)
-        free = _sum(_product(kp, e), x)
+        free = kp * e + x
         if entry.type == "pid":
-            rate = _quotient(_difference(e, f), T)
-            free = _sum(free, _product(number("derivative", 0.0), rate))
+            rate = (e - f) / T
+            free = free + number("derivative", 0.0) * rate
             made["filtered"] = rate, start("initial_filtered")
-        rate = _product(ki, e)
+        rate = ki * e
         if limits.given:
-            back = _quotient(_difference(limits.of(free), free), _tracking(key, entry, kp, ki, values))
-            rate = _sum(rate, back)
+            rate = rate + (limits.of(free) - free) / _tracking(key, entry, kp, ki, values)
         made = {"integral": (rate, start("initial")), **made}
     elif entry.type == "low_pass":
-        made["filtered"] = _quotient(_difference(_product(number("gain", 1.0), e), f), T), start("initial")
+        made["filtered"] = (number("gain", 1.0) * e - f) / T, start("initial")
         free = f
     else:
-        made["filtered"] = _quotient(_difference(e, f), T), start("initial_filtered")
-        share = _quotient(number("lead", 0.0), T)
-        free = _product(number("gain", 1.0), _sum(f, _product(share, _difference(e, f))))
+        made["filtered"] = (e - f) / T, start("initial_filtered")
+        share = number("lead", 0.0) / T
+        free = number("gain", 1.0) * (f + share * (e - f))
     what = {"integral": "integral", "filtered": "filtered signal"}
     states = [
         State(f"{name}_{suffix}", rate, initial, entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
@@ -95,23 +94,7 @@ def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values
     if entry.tracking is not None:
         return values.formula(f"{key}.tracking", entry.tracking, PARAMETERS)
     values.require(key, RELATIONS["integral time"], [kp, ki])
-    return Operation("div", (kp, ki))
-
-
-def _sum(x: Formula, y: Formula) -> Formula:
-    return Operation("add", (x, y))
-
-
-def _difference(x: Formula, y: Formula) -> Formula:
-    return Operation("sub", (x, y))
-
-
-def _product(x: Formula, y: Formula) -> Formula:
-    return Operation("mul", (x, y))
-
-
-def _quotient(x: Formula, y: Formula) -> Formula:
-    return Operation("div", (x, y))
+    return kp / ki
 
 
 def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:

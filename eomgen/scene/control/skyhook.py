@@ -6,6 +6,7 @@ The laws are those of ``tests.oracles.semi_active``, where their sources are.
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Mapping
 
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
@@ -43,10 +44,10 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     first, second = ends[entry.spring]
     wanted: list[Formula] = []
     if "damping" in numbers:
-        wanted.append(_product(numbers["damping"], _along(entry.spring, first, second, second)))
+        wanted.append(numbers["damping"] * _along(entry.spring, first, second, second))
     if "groundhook" in numbers:
-        wanted.append(Operation("neg", (_product(numbers["groundhook"], _along(entry.spring, first, second, first)),)))
-    tension = functools.reduce(_sum, wanted)
+        wanted.append(-(numbers["groundhook"] * _along(entry.spring, first, second, first)))
+    tension = functools.reduce(operator.add, wanted)
     if not entry.clipped:
         return tension
     least, most = numbers.get("minimum_damping", Number(0.0)), numbers["maximum_damping"]
@@ -60,40 +61,27 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
 
 def _along(spring: str, first: str, second: str, point: str) -> Formula:
     """Return the velocity of a point along a spring, from its first to its second point positive."""
-    parts = []
-    for axis in range(3):
-        reach = Operation("sub", (Symbol("position", second, axis), Symbol("position", first, axis)))
-        parts.append(_product(Symbol("velocity", point, axis), reach))
-    return Operation("div", (functools.reduce(_sum, parts), Symbol("length", spring)))
+    reach = [Symbol("position", second, axis) - Symbol("position", first, axis) for axis in range(3)]
+    parts = [Symbol("velocity", point, axis) * part for axis, part in enumerate(reach)]
+    return functools.reduce(operator.add, parts) / Symbol("length", spring)
 
 
 def _clipped(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> Formula:
     """Return the wanted tension held between those of the softest and of the hardest damper."""
-    soft, hard = _product(least, rate), _product(most, rate)
+    soft, hard = least * rate, most * rate
     high = Operation("max", (soft, hard))
     return Operation("max", (Operation("min", (soft, hard)), Operation("min", (high, wanted))))
 
 
 def _rounded(wanted: Formula, rate: Formula, least: Formula, most: Formula, width: Formula) -> Formula:
     """Return the same with round corners, see ``tests.oracles.semi_active.rounded``."""
-    half = _product(Number(0.5), Operation("sub", (most, least)))
-    mean = _product(Number(0.5), _sum(least, most))
-    beside = Operation("sub", (wanted, _product(mean, rate)))
-    floor = _square(_product(mean, width))
-    sides = (_sum(beside, _product(half, rate)), Operation("sub", (beside, _product(half, rate))))
-    first, second = (Operation("sqrt", (_sum(_square(side), floor),)) for side in sides)
-    turn = Operation("div", (rate, Operation("sqrt", (_sum(_square(rate), _square(width)),))))
-    share = _product(Operation("div", (_product(Number(2.0), beside), _sum(first, second))), turn)
-    return _product(rate, _sum(mean, _product(half, share)))
+    half, mean = 0.5 * (most - least), 0.5 * (least + most)
+    beside = wanted - mean * rate
+    floor = mean * width * (mean * width)
+    first, second = (_root(side * side + floor) for side in (beside + half * rate, beside - half * rate))
+    share = 2.0 * beside / (first + second) * (rate / _root(rate * rate + width * width))
+    return rate * (mean + half * share)
 
 
-def _sum(x: Formula, y: Formula) -> Formula:
-    return Operation("add", (x, y))
-
-
-def _product(x: Formula, y: Formula) -> Formula:
-    return Operation("mul", (x, y))
-
-
-def _square(x: Formula) -> Formula:
-    return Operation("mul", (x, x))
+def _root(x: Formula) -> Formula:
+    return Operation("sqrt", (x,))

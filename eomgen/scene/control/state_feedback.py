@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from eomgen.formula.nodes import Formula, Operation, Symbol
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
@@ -121,19 +122,18 @@ def read_state_feedback(
     for formula, (place, text), parameter in zip(measured, given, made.references, strict=True):
         reference = Symbol("parameter", parameter) if parameter else None
         off = values.formula(place, text, STATE) if text is not None else reference
-        parts.append(formula if off is None else Operation("sub", (formula, off)))
+        parts.append(formula if off is None else formula - off)
     free = []
     for gains in made.gains:
-        products = [Operation("mul", (Symbol("parameter", gain), part)) for gain, part in zip(gains, parts, strict=True)]
-        total = functools.reduce(lambda x, y: Operation("add", (x, y)), products) if products else Symbol("time")
-        free.append(Operation("neg", (total,)))
+        products = [Symbol("parameter", gain) * part for gain, part in zip(gains, parts, strict=True)]
+        free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
     calibration = None
     if entry.calibration is not None:
         calibration = read_calibration(f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs)
     record = StateFeedback(
         name, made.outputs, tuple(measured), tuple(_labels(entry)), made.gains, made.references, calibration
     )
-    return free, record  # type: ignore[return-value]
+    return free, record
 
 
 def _labels(entry: Written) -> list[str]:

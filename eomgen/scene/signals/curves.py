@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Symbol
 from eomgen.formula.piecewise import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
@@ -228,7 +228,7 @@ class Curves:
             made: AnyCurve = self.bump(f"{key}.bump", key, road.bump)
         else:
             made = self.through_points(key, key, road)
-        return Application(made, Operation("sub", (Operation("mul", (Number(speed), Symbol("time"))), Number(offset))))
+        return Application(made, speed * Symbol("time") - offset)
 
     def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
         """Return speed and offset of a wheel; None where they are not known."""

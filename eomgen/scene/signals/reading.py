@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
+import operator
 
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.nodes import Formula, Operation, Symbol
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, STATE, TIME
 from eomgen.scene.reading import report
@@ -31,7 +32,7 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
         parts += [] if isinstance(found, tuple) else [found]
         harmonics = found if isinstance(found, tuple) else ()
     table = {at.curve.name: at.curve for part in parts for at in applications(part)}
-    formula = functools.reduce(lambda x, y: Operation("add", (x, y)), parts) if parts else None
+    formula = functools.reduce(operator.add, parts) if parts else None
     return Input(name, formula, entry.unit, entry.description, harmonics), table
 
 
