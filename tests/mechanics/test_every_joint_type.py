@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from eomgen.compiled.coordinates import coordinate_units
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
 from eomgen.results.scenery import scenery
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.displacement import displaced
@@ -220,7 +221,7 @@ def test_sizes_units_and_poses_of_the_model(kind: str, rng: np.random.Generator)
     system = derive(scene, ["poses", "twists", "mass"])
     [factor] = system.factors
     assert (factor.group, factor.q_size, factor.v_size) == (row.group, *row.sizes)
-    q_units, v_units = coordinate_units(system.factors, scene.joints)
+    q_units, v_units = coordinate_units(system.factors, describe(scene).coordinates)
     assert v_units == [f"{unit}/s" for unit in row.units] and len(q_units) == row.q_size
     assert q_units[-len(row.coordinates) :] == list(row.coordinates.values()) or not row.coordinates
     evaluate, state = tape_evaluator(system), random_states(system, 1, rng)
@@ -239,7 +240,7 @@ def test_sizes_units_and_poses_of_the_model(kind: str, rng: np.random.Generator)
 
 @pytest.mark.parametrize("kind", list(JOINTS))
 def test_drawings(kind: str) -> None:
-    shown = scenery(load_toml(text(kind) + ("" if JOINTS[kind].moves else MOVED)), {})["joints"][1]
+    shown = scenery(describe(load_toml(text(kind, "" if JOINTS[kind].moves else MOVED))), {})["joints"][1]
     axes = {axis for motion in JOINTS[kind].chain for axis in motion.axes}
     assert (shown["turns"], shown["slides"]) == JOINTS[kind].drawn
     assert axes == {0} or not (shown["turns"] or shown["slides"])
