@@ -42,7 +42,7 @@ DOORS: dict[str, set[str]] = {
     "system": {"arrays", "calls", "errors", "formula", "symbolic", "text"},
     "scene": {"arrays", "calls", "errors", "extensions", "formula", "system", "text", "units"},
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
-    "integrators": {"arrays", "errors", "lie", "symbolic.evaluate", "text"},  # pivots are chosen by sample values of a System
+    "integrators": {"arrays", "errors", "extensions", "lie", "symbolic.evaluate", "system", "text"},
     "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
     # a compiled model, and what it can do
     "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.families.family import FactsLike, Family
+from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.register import BUILT_IN, row_of
+
+if TYPE_CHECKING:
+    from eomgen.system.system import Facts
 
 #: A method of integration: see ``families.family``.
 Method = Family
@@ -17,7 +20,7 @@ METHOD_NAMES: Mapping[str, str] = {
 }
 
 
-def check_needs(method: Method, facts: FactsLike) -> None:
+def check_needs(method: Method, facts: Facts) -> None:
     """Raise ModelError naming every need of the method that the system does not meet."""
     problems = [
         Problem(
@@ -75,4 +78,4 @@ def terms_of(name: str, constrained: bool = False, internal: bool = False, mass:
 
     ``mass``: whether the inertia matrix is at hand; long trees leave it out, and series take forward dynamics then.
     """
-    return row_of(name)[0].terms(constrained, internal, mass)
+    return (*row_of(name)[0].terms(constrained, internal, mass), *(("internal_rate",) if internal else ()))

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, SystemLike, velocities
+from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.methods import check_needs
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import FactorLike
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
     "update": kernels.update,
@@ -27,7 +30,7 @@ _GROUPS = {
 }
 
 
-def method_data(method: Family, system: SystemLike, step: float = 1e-3, samples: Any = None) -> dict[str, Any]:
+def method_data(method: Family, system: System, step: float = 1e-3, samples: Any = None) -> dict[str, Any]:
     """Return ``Program.method``: JSON types only.
 
     Parameters
@@ -76,7 +79,7 @@ def method_data(method: Family, system: SystemLike, step: float = 1e-3, samples:
         "rows_text": _rows_text(own["input_times"]) if sampled else "the first held over the step",
         "renewal": method.renewal,
         "projection": method.projection,
-        "groups": {**_GROUPS, **method.groups},
+        "groups": {**_GROUPS, **dict(method.groups)},
         "row_notes": [],
         "lie": _lie_data(system.factors, method.group_functions),
         "turning": list(system.turning),
@@ -96,7 +99,7 @@ def method_data(method: Family, system: SystemLike, step: float = 1e-3, samples:
     }
 
 
-def _state(method: Family, system: SystemLike, sizes: Sizes) -> list[Field]:
+def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
     """Return the members of the state in their order; steps copy what comes before the conditions, which are last."""
     beyond = "what angles that count up to whole turns only have beyond the digits of q; initialize clears it"
     counted = (
@@ -136,7 +139,7 @@ def _rows_text(input_times: Sequence[float]) -> str:
     return f"at {', '.join(first)} and {last}"
 
 
-def _check_functions(method: Family, system: SystemLike) -> None:
+def _check_functions(method: Family, system: System) -> None:
     needed = method.calls(system) | ({"internal_rate"} if system.facts.internal_states else set())
     missing = sorted(needed - set(system.functions))
     problems = []

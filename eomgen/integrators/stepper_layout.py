@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-#: The stepper's part of the interface of every compiled model; ``interface_fragment.c.jinja`` implements it.
+#: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements it.
 STEPPER_CDEF = """\
 long eomgen_stepper_size(int what);
 int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state, double *workspace);

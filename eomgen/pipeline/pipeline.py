@@ -355,6 +355,8 @@ def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Build
 
 def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
     """Return all that determines the library, the compiler aside, without deriving anything."""
+    from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
+
     if not scene.content:
         raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
     options = {
@@ -362,6 +364,7 @@ def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
         "method": method,
         "version": __version__,
         "code": _code_stamp(),
+        "family": stamp_of(method),
     }
     return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()
 

@@ -1,9 +1,10 @@
 """States between the recorded rows of a solution, on the manifold and to the order of the method.
 
-After Taylor steps with the model at hand, they are states of the method itself: a step from the row before. Otherwise
-a quintic in the algebra gives q, and v of explicit methods. Each derivative of a curve between values that agree to order p only
-loses an order, so accelerations are not its second derivative: they go through the recorded ones, by the cubic through four rows
-after explicit methods of order 4, and after generalized-alpha as the derivative of v, a cubic through v and a.
+The family of the method says which (``dense_output`` of ``integrators.families.family``). ``steps``, with the model at hand:
+states of the method itself, a step from the row before. Otherwise a quintic in the algebra gives q, and with ``hermite_5`` v.
+Each derivative of a curve between values that agree to order p only loses an order, so accelerations are not its second
+derivative: they go through the recorded ones, by the cubic through four rows, and with ``hermite_3`` as the derivative of v, a
+cubic through v and a.
 """
 
 from __future__ import annotations
@@ -74,7 +75,11 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
     if between is None:
         _check_turns(rows, factors, np.unique(index))
-        by_velocity = metadata.get("dense_output", "hermite_3") == "hermite_3"
+        kind = metadata.get("dense_output", "hermite_3")
+        if kind == "none":
+            what = f"there is nothing between the rows of {metadata.get('method')}"
+            raise UsageError(Problem("at", what, "record_every = 1, or another method"))
+        by_velocity = kind == "hermite_3"
         pieces = [_between(rows, factors, flat[part], index[part], by_velocity) for part in parts]
     else:
         pieces = [between(rows, flat[part], index[part]) for part in parts]

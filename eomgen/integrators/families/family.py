@@ -10,9 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 #: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step; the scene's
 #: formulas expanded in series of time, and numbers of the caller held.
@@ -23,54 +26,6 @@ DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 GroupFunction = Literal["update", "tangent", "bracket", "transport"]
 
 SMALLER_STEP = "a step smaller than {step:.3g} s"
-
-
-class FactsLike(Protocol):
-    """What a method may ask about a system (``system.Facts`` answers)."""
-
-    @property
-    def constraints(self) -> bool: ...
-    @property
-    def internal_states(self) -> bool: ...
-
-
-class SystemLike(Protocol):
-    """What is asked of a system (``system.System`` answers)."""
-
-    @property
-    def facts(self) -> Any: ...
-    @property
-    def factors(self) -> Any: ...
-    @property
-    def functions(self) -> Any: ...
-    @property
-    def counts(self) -> Any: ...
-    @property
-    def inputs(self) -> Any: ...
-    @property
-    def parameters(self) -> Any: ...
-    @property
-    def multipliers(self) -> Any: ...
-    @property
-    def holonomic(self) -> int: ...
-    @property
-    def row_units(self) -> Any: ...
-    @property
-    def angles(self) -> Any: ...
-    @property
-    def angular(self) -> Any: ...
-    @property
-    def turning(self) -> Any: ...
-    @property
-    def positions(self) -> int: ...
-    @property
-    def initial_z(self) -> Any: ...
-    @property
-    def patterns(self) -> Any: ...
-    @property
-    def discontinuities(self) -> Any: ...
-    @property
-    def inner_owners(self) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -196,21 +151,16 @@ class Family(ABC):
     real_stability: ClassVar[float] = 0.0
     #: Whether the state alone, without the workspace, determines all later bits.
     state_is_all: ClassVar[bool] = False
-    group_functions: ClassVar[tuple[GroupFunction, ...]] = ("update", "bracket")
     #: What a step does whose inputs or parameters are not those that the last one ended with.
     renewal: ClassVar[str] = "evaluates accelerations anew"
     #: How q and v of a start are brought onto constraints.
     projection: ClassVar[str] = ""
     #: Structs within the state, and what is in them.
-    groups: ClassVar[Mapping[str, str]] = {}
-    #: What to try where it cannot run on a scene.
-    instead: str = "generalized_alpha"
-    #: What to try where it is unstable, besides smaller steps.
-    more_stable: str = "generalized_alpha, which is stable at larger ones"
+    groups: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     order: int
     source: str
-    needs: tuple[Need, ...]
+    needs: tuple[Need, ...] = ()
 
     @classmethod
     @abstractmethod
@@ -220,7 +170,7 @@ class Family(ABC):
     @classmethod
     @abstractmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints.
+        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints; not those of z alone.
 
         Parameters
         ----------
@@ -228,13 +178,28 @@ class Family(ABC):
         mass : whether the inertia matrix is at hand, which long trees leave out
         """
 
-    @abstractmethod
-    def calls(self, system: SystemLike) -> set[str]:
+    def calls(self, system: System) -> set[str]:
         """Return the functions of a system without which there is no stepper."""
+        return set(self.terms(bool(system.multipliers), system.facts.internal_states, "mass" in system.functions))
 
     @abstractmethod
     def title(self, constrained: bool) -> str:
         """Return what the method is, for the head of the C file."""
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        """Functions on the groups of the configuration that its template calls."""
+        return ("update", "bracket")
+
+    @property
+    def instead(self) -> str:
+        """What to try where it cannot run on a scene."""
+        return "generalized_alpha"
+
+    @property
+    def more_stable(self) -> str:
+        """What to try where it is unstable, besides smaller steps."""
+        return "generalized_alpha, which is stable at larger ones"
 
     @property
     def parameters(self) -> Mapping[str, Fraction]:
@@ -256,7 +221,7 @@ class Family(ABC):
         """Derivatives of forces from this order on may jump within a step."""
         return self.order
 
-    def warnings(self, constrained: bool) -> tuple[str, ...]:  # of the subclasses
+    def warnings(self, constrained: bool) -> tuple[str, ...]:
         """Return what a user of these settings should know, one sentence each."""
         return ()
 
@@ -282,7 +247,7 @@ class Family(ABC):
         """
 
     @abstractmethod
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         """Return what its own templates read, JSON types only, and for the common ones:
 
         ``input_times``, the shares of a step with a row of inputs; where there are some, ``hooks``, functions of its template by
@@ -334,13 +299,3 @@ def rotation_too_large(angles: bool) -> Status:
     who = "a body or a joint" if angles else "a body"
     what = f"{who} turns by more than 0.9 of a full turn within one step; reduce the step"
     return Status(5, "ROTATION_TOO_LARGE", what, SMALLER_STEP)
-
-
-def series_terms(internal: bool, mass: bool) -> tuple[str, ...]:
-    """Return the functions of which Taylor coefficients of the motion are made; long trees leave the inertia matrix out."""
-    return (*(("mass", "residual") if mass else ("forward_dynamics",)), *(("internal_rate",) if internal else ()))
-
-
-def series_calls(system: SystemLike) -> set[str]:
-    """Return those of them that have to be there."""
-    return {"mass", "residual"} if "mass" in system.functions else {"forward_dynamics"}

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
@@ -24,7 +24,6 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_ADVICE,
     SMALLER_STEP,
-    DenseOutput,
     Family,
     Field,
     GroupFunction,
@@ -33,7 +32,6 @@ from eomgen.integrators.families.family import (
     Setting,
     Sizes,
     Status,
-    SystemLike,
     hold,
     rotation_too_large,
     velocities,
@@ -42,6 +40,7 @@ from eomgen.lie.product import FactorLike
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.solver import Solver
+    from eomgen.system.system import System
 
 _CONDITIONALLY_STABLE = Need(
     "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
@@ -98,12 +97,12 @@ class GeneralizedAlpha(Family):
     order: int = field(default=2, init=False)
     source: str = field(default=_SOURCE, init=False)
     needs: tuple[Need, ...] = field(default=(), init=False)
-    family: ClassVar[str] = "generalized_alpha"
-    dense_output: ClassVar[DenseOutput] = "hermite_3"
-    implicit: ClassVar[bool] = True
-    holds_constraints: ClassVar[bool] = True
-    renewal: ClassVar[str] = "starts anew from q and v, as behind a jump of the forces"
-    projection: ClassVar[str] = "the nearest change in the metric of M"
+    family = "generalized_alpha"
+    dense_output = "hermite_3"
+    implicit = True
+    holds_constraints = True
+    renewal = "starts anew from q and v, as behind a jump of the forces"
+    projection = "the nearest change in the metric of M"
 
     def __post_init__(self) -> None:
         if self.case is not None:
@@ -175,14 +174,12 @@ class GeneralizedAlpha(Family):
         return tuple(found)
 
     @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
-        whole = ("internal_rate", "equations", "iteration") if internal else ()
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         if constrained:
-            own = () if internal else ("residual",)
-            return tuple(dict.fromkeys(["mass", *own, *KINEMATIC, "jacobian_values", "equations", "iteration", *whole]))
-        return ("forward_dynamics", *(whole or ("residual", "partials")))
+            return ("mass", *(() if internal else ("residual",)), *KINEMATIC, "jacobian_values", "equations", "iteration")
+        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
-    def calls(self, system: SystemLike) -> set[str]:
+    def calls(self, system: System) -> set[str]:
         if not len(system.multipliers) and not system.facts.internal_states:
             return {"residual", "iteration" if "iteration" in system.functions else "partials"}
         called = {"equations", "iteration"} | ({"constraint_bias"} if len(system.multipliers) else set())
@@ -196,17 +193,17 @@ class GeneralizedAlpha(Family):
         return f"{name} on Lie groups{form}" + ("" if self.variant == "F0" else f", variant {self.variant}")
 
     @property
-    def group_functions(self) -> tuple[GroupFunction, ...]:  # type: ignore[override]  # those of the variant
+    def group_functions(self) -> tuple[GroupFunction, ...]:
         return ("update", "tangent", *(("bracket", "transport") if self.variant == SPATIAL else ()))
 
     @property
-    def instead(self) -> str:  # type: ignore[override]  # of the form
+    def instead(self) -> str:
         return "another method" if self.case is None else "generalized_alpha"
 
     @property
-    def more_stable(self) -> str:  # type: ignore[override]  # of the parameters
+    def more_stable(self) -> str:
         if self.case is not None and not self.case.unconditionally_stable:
-            return Family.more_stable
+            return super().more_stable
         return "a smaller rho_inf" if self.case is None and self.rho_inf > 0 else "another method"
 
     @property
@@ -302,7 +299,7 @@ class GeneralizedAlpha(Family):
             *((NOT_CONSISTENT,) if constrained else ()),
         )
 
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.samples import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
@@ -412,7 +409,7 @@ def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha
     return GeneralizedAlpha(form=form, case=_CASES[name][0](**given))
 
 
-def _factorization_cost(system: SystemLike, solver: Solver) -> float:
+def _factorization_cost(system: System, solver: Solver) -> float:
     """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation counts.
 
     Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they count.

@@ -10,8 +10,8 @@ energies of oscillations do not drift. Where a step is too large for the highest
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
@@ -19,16 +19,13 @@ from eomgen.integrators.families.family import (
     SINGULAR_MASS,
     SMALLER_STEP,
     UNCONSTRAINED,
-    DenseOutput,
     Family,
-    InputDemand,
     MethodName,
-    Need,
     Status,
-    SystemLike,
-    series_calls,
-    series_terms,
 )
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 #: Corrections end where they change no component by more than this part of the sizes of its kind, in units of rounding.
 CORRECTION_TOLERANCE = 45.0
@@ -46,34 +43,31 @@ STRETCH = 0.1
 class Hermite(Family):
     """Hermite's corrector with fixed steps."""
 
-    order: int = field(default=4, init=False)
-    source: str = field(default="Makino and Aarseth 1992", init=False)
-    needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
-    family: ClassVar[str] = "hermite"
-    inputs: ClassVar[InputDemand] = "series"
-    dense_output: ClassVar[DenseOutput] = "hermite_5"
-    implicit: ClassVar[bool] = True
-    renewal: ClassVar[str] = "evaluates accelerations and their rates anew"
+    order = 4
+    source = "Makino and Aarseth 1992"
+    needs = (UNCONSTRAINED,)
+    family = "hermite"
+    inputs = "series"
+    dense_output = "hermite_5"
+    implicit = True
+    renewal = "evaluates accelerations and their rates anew"
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (MethodName("hermite", cls),)
 
     @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
-        return series_terms(internal, mass)
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("mass", "residual") if mass else ("forward_dynamics",)
 
-    def calls(self, system: SystemLike) -> set[str]:
-        return series_calls(system)
-
-    def title(self, constrained: bool) -> str:  # of the family
+    def title(self, constrained: bool) -> str:
         return f"Hermite's corrector of order {self.order}, from accelerations and their rates"
 
-    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         large = "the corrections of a step do not settle: it is too large for the highest frequency"
         return (Status(1, "NOT_CONVERGED", large, SMALLER_STEP), SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
 
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         return {
             "max_order": 2,
             "correction_tolerance": CORRECTION_TOLERANCE,

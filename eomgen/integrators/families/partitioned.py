@@ -8,8 +8,8 @@ Numerical Integration (2006), section IV.4.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem
 from eomgen.integrators.families.family import (
@@ -24,11 +24,13 @@ from eomgen.integrators.families.family import (
     Need,
     Sizes,
     Status,
-    SystemLike,
     rotation_too_large,
     velocities,
 )
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 #: Corrections of positions by Newton's method at most.
 MOST_CORRECTIONS = 16
@@ -57,27 +59,26 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     velocities are corrected along D only, and accelerations follow from (R^T M R) vdot_I = -R^T r, R = [-B_D^-1 B_I; 1].
     """
 
-    needs: tuple[Need, ...] = field(default=(_CONSTRAINED,), init=False)
-    family: ClassVar[str] = "partitioned"
-    holds_constraints: ClassVar[bool] = True
-    passes_singularities: ClassVar[bool] = True
-    state_is_all: ClassVar[bool] = False
-    projection: ClassVar[str] = "changes of the dependent components"
-    groups: ClassVar[Mapping[str, str]] = {"passage": "What leads a motion past positions where the constraints are singular."}
+    needs = (_CONSTRAINED,)
+    family = "partitioned"
+    holds_constraints = True
+    passes_singularities = True
+    state_is_all = False
+    projection = "changes of the dependent components"
+    groups = (("passage", "What leads a motion past positions where the constraints are singular."),)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (MethodName("rk4_partitioned", lambda: PARTITIONED_RUNGE_KUTTA_4, aliases=("partitioned",), idle=("rho_inf",)),)
 
     @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
-        rates = ("internal_rate",) if internal else ()
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         if not constrained:  # it is refused, for a better reason than missing terms
-            return ("residual", *rates)
-        return ("mass", "residual", *KINEMATIC, *rates)
+            return ("residual",)
+        return ("mass", "residual", *KINEMATIC)
 
-    def calls(self, system: SystemLike) -> set[str]:
-        return {"mass", "residual", *KINEMATIC} - (set() if system.holonomic else {"constraint"})
+    def calls(self, system: System) -> set[str]:
+        return super(RungeKuttaMuntheKaas, self).calls(system) - (set() if system.holonomic else {"constraint"})
 
     def title(self, constrained: bool) -> str:
         return f"{super().title(constrained)}, constraints eliminated by coordinate partitioning"
@@ -93,7 +94,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
             Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),
         )
 
-    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:  # of the family
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return (
             Field("partitions", "sets of dependent components in use, one after the other; factorizations are of B_D", 0, "long"),
             Field("max_constraint", "largest |Phi| of all states that steps ended in"),
@@ -102,7 +103,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
             Field("singular_passages", "positions passed where the constraints are singular, or nearly", 0, "long"),
         )
 
-    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         slipped = "the correction of the dependent coordinates did not converge, whichever they are"
         singular = (
             "the constraints are singular here or within the step, whichever coordinates depend on the others, "
@@ -117,7 +118,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
             NOT_CONSISTENT,
         )
 
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         nv, nl = velocities(system.factors), len(system.multipliers)
         if nl > nv:
             what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"

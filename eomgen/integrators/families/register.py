@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
+from pathlib import Path
 
 from eomgen.errors import Problem, UsageError
+from eomgen.extensions import broken, extensions, loaded
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
@@ -29,11 +32,11 @@ def families_of_others() -> tuple[type[Family], ...]:
     names = {family.family for family in BUILT_IN}
     known = set(_rows(BUILT_IN))
     found = []
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
-        family = _loaded(entry)
+    for entry in extensions(GROUP):
+        family = _checked(entry)
         taken = sorted({family.family} & names) + sorted(set(_rows((family,))) & known)
         if taken:
-            raise _broken(entry, f"takes the name {taken[0]}, which there is")
+            raise broken(entry, f"takes the name {taken[0]}, which there is")
         names.add(family.family)
         known |= set(_rows((family,)))
         found.append(family)
@@ -42,11 +45,21 @@ def families_of_others() -> tuple[type[Family], ...]:
 
 def family_named(name: str) -> type[Family]:
     """Return a family by its name. Raises UsageError."""
-    for families in (BUILT_IN, families_of_others):
-        for family in families() if callable(families) else families:
-            if family.family == name:
-                return family
-    raise UsageError(Problem("method", f"there is no family of methods {shown(name)}", "the distribution that it came from"))
+    found = next((family for family in BUILT_IN if family.family == name), None)
+    found = found or next((family for family in families_of_others() if family.family == name), None)
+    if found is None:
+        what = f"there is no family of methods {shown(name)}"
+        raise UsageError(Problem("method", what, "the distribution that it came from"))
+    return found
+
+
+def stamp_of(name: str) -> str:
+    """Return a digest of the files that the C of another distribution's method is made from; nothing for eomgen's own."""
+    family = row_of(name)[0]
+    if family in BUILT_IN:
+        return ""
+    files = [Path(inspect.getfile(family)), *sorted((family.templates or Path()).rglob("*.jinja"))]
+    return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def row_of(name: str) -> Row:
@@ -70,19 +83,10 @@ def _rows(families: tuple[type[Family], ...]) -> dict[str, Row]:
     return {name: (family, row) for family in families for row in family.names() for name in (row.name, *row.aliases)}
 
 
-def _loaded(entry: EntryPoint) -> type[Family]:
-    try:
-        family = entry.load()
-    except Exception as error:  # whatever a module of others does when it is imported
-        raise _broken(entry, f"does not load: {type(error).__name__}: {error}") from error
+def _checked(entry: EntryPoint) -> type[Family]:
+    family = loaded(entry, object)
     if not (inspect.isclass(family) and issubclass(family, Family)):
-        raise _broken(entry, f"is no subclass of {Family.__module__}.Family")
+        raise broken(entry, f"is no subclass of {Family.__module__}.Family")
     if inspect.isabstract(family):
-        raise _broken(entry, f"lacks {', '.join(sorted(family.__abstractmethods__))}")
+        raise broken(entry, f"lacks {', '.join(sorted(family.__abstractmethods__))}")
     return family
-
-
-def _broken(entry: EntryPoint, what: str) -> UsageError:
-    who = entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
-    where = f"the integrator family {shown(entry.name)} ({entry.value}) of the distribution {who}"
-    return UsageError(Problem("method", f"{where} {what}", f"another version of {who}, or uninstall it"))

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
     SINGULAR_MASS,
     UNCONSTRAINED,
-    DenseOutput,
     Family,
     MethodName,
-    Need,
     Status,
-    SystemLike,
     hold,
 )
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class RungeKuttaMuntheKaas(Family):
     order: int
     commutators: int
     source: str
-    needs: tuple[Need, ...] = field(default=(UNCONSTRAINED,), init=False)
-    family: ClassVar[str] = "runge_kutta"
-    dense_output: ClassVar[DenseOutput] = "hermite_5"
-    real_stability: ClassVar[float] = 2.785
-    state_is_all: ClassVar[bool] = True
+    needs = (UNCONSTRAINED,)
+    family = "runge_kutta"
+    dense_output = "hermite_5"
+    real_stability = 2.785
+    state_is_all = True
 
     def __post_init__(self) -> None:
         A, b, c = self.A, self.b, self.c
@@ -78,21 +78,21 @@ class RungeKuttaMuntheKaas(Family):
         return (MethodName("rk4", lambda: RUNGE_KUTTA_MUNTHE_KAAS_4, aliases=aliases, idle=("rho_inf",)),)
 
     @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
-        return ("forward_dynamics", *(("internal_rate",) if internal else ()))
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("forward_dynamics",)
 
-    def calls(self, system: SystemLike) -> set[str]:
+    def calls(self, system: System) -> set[str]:
         if "forward_dynamics" in system.functions:
             return set()
         return {"residual", "iteration" if "iteration" in system.functions else "partials"}
 
-    def title(self, constrained: bool) -> str:  # of the family
+    def title(self, constrained: bool) -> str:
         return f"explicit Runge-Kutta in the Lie algebra, order {self.order}"
 
-    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         return (SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT)
 
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         nodes = sorted({c for c in self.c if c != 0} | {1})
         return {
             "matrices": "forward_dynamics" not in system.functions,

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import (
@@ -17,19 +17,17 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_MASS,
     SMALLER_STEP,
-    DenseOutput,
     Family,
     Field,
-    InputDemand,
     MethodName,
     Need,
     Setting,
     Sizes,
     Status,
-    SystemLike,
-    series_calls,
-    series_terms,
 )
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
 
 MAX_ORDER = 40
 DEFAULT_TOLERANCE = 1e-12
@@ -80,12 +78,12 @@ class Taylor(Family):
 
     tolerance: float = DEFAULT_TOLERANCE
     order: int = 0
-    source: str = field(default="Jorba and Zou 2005; Griewank and Walther 2008, table 13.2", init=False)
-    needs: tuple[Need, ...] = field(default=(_UNCONSTRAINED,), init=False)
-    family: ClassVar[str] = "taylor"
-    inputs: ClassVar[InputDemand] = "series"
-    dense_output: ClassVar[DenseOutput] = "steps"
-    renewal: ClassVar[str] = "expands the motion anew"
+    source = "Jorba and Zou 2005; Griewank and Walther 2008, table 13.2"
+    needs = (_UNCONSTRAINED,)
+    family = "taylor"
+    inputs = "series"
+    dense_output = "steps"
+    renewal = "expands the motion anew"
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
@@ -108,13 +106,10 @@ class Taylor(Family):
         return (MethodName("taylor", cls, ("order", "tolerance")),)
 
     @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:  # of the family
-        return series_terms(internal, mass)
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("mass", "residual") if mass else ("forward_dynamics",)
 
-    def calls(self, system: SystemLike) -> set[str]:
-        return series_calls(system)
-
-    def title(self, constrained: bool) -> str:  # of the family
+    def title(self, constrained: bool) -> str:
         return "Taylor series of any order"
 
     @property
@@ -141,13 +136,13 @@ class Taylor(Family):
             Setting("order", self.order, f"of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
         )
 
-    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:  # of the family
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return (
             Field("expansions", "series that were made", 0, "long"),
             Field("rejections", "steps that were taken again because a series was trusted for too long", 0, "long"),
         )
 
-    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:  # of the family
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         disagrees = "the Taylor series disagrees with the equations where it ends, however short the step"
         small = "the step became too small for the time to move on: the motion has a singularity near, or a corner"
         stiff = "the motion is stiff, or the tolerance cannot be met at this order"
@@ -163,7 +158,7 @@ class Taylor(Family):
             Status(7, "TOO_MANY_STEPS", many, "generalized_alpha, a larger tolerance, or shorter rows"),
         )
 
-    def data(self, system: SystemLike, step: float, samples: Any) -> Mapping[str, Any]:  # of the family
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         return {
             "max_order": MAX_ORDER,
             "safety": SAFETY,

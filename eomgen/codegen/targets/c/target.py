@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
+from pathlib import Path
 
 import jinja2
 
@@ -34,14 +35,22 @@ def stepper_template(family: str) -> str:
     return f"{_FAMILY}{family}/stepper.c.jinja"
 
 
-def _family_file(name: str) -> str | None:
-    """Return the text of a template ``family/<name>/<file>``, None where there is none."""
-    family, _, file = name.removeprefix(_FAMILY).partition("/")
+def _family_path(name: str) -> Path | None:
+    """Return the file of a template ``family/<name>/<file>``, None where there is none."""
     if not name.startswith(_FAMILY):
         return None
-    folder = family_named(family).templates or template_folder() / "c" / "integrators" / family
-    path = folder / file
-    return path.read_text(encoding="utf-8") if path.is_file() else None
+    family, _, file = name.removeprefix(_FAMILY).partition("/")
+    path = (family_named(family).templates or template_folder() / "c" / "integrators" / family) / file
+    return path if path.is_file() else None
+
+
+def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
+    """Return text, path, and whether both are still those of the name."""
+    path = _family_path(name)
+    if path is None:
+        return None
+    text = path.read_text(encoding="utf-8")
+    return text, str(path), lambda: _family_path(name) == path and path.read_text(encoding="utf-8") == text
 
 
 @cache
