@@ -62,7 +62,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
     jumps = jump_data(system.discontinuities, method.discontinuity_order)
     sampled = method.inputs == "sampled"
-    settings = (Setting("step", float(step), "s, of the time grid" + ("" if method.chooses_steps else ", fixed")),)
+    settings = (Setting("step", float(step), "s, of the time grid"),)
     rows = {"t": 1, "q": sizes.q, "v": sizes.v, "vdot": sizes.v, "lam": sizes.lam, "z": sizes.z}
     return {
         "family": method.family,

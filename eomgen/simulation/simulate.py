@@ -16,10 +16,12 @@ from eomgen.analysis.definiteness import beyond_order_in_run, indefinite_mass
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
+from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.state import State
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.methods import canonical_name
 from eomgen.results.scenery import seen
 from eomgen.results.solution import Solution
@@ -49,7 +51,6 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
 
 _BATCH = 8192
-_BAD_ARGUMENT = 4  # of the steppers' statuses
 
 
 @checked_call(
@@ -172,31 +173,41 @@ def simulate(
 
     began = time.perf_counter()
     keeper = keeper_of(run, library, checkpoint, checkpoint_every)
-    table = run.driven(t_first + (step if grid.whole else grid.rest) * stepper.input_times) if run.driven else None
-    status = stepper.initialize(t_first, state.q, state.v, table, state.z)
-    if status == _BAD_ARGUMENT:
-        raise UsageError(Problem("settings", f"{name} refuses {_listed(chosen)}: {stepper.status_text(status)}", "the defaults"))
-    if status:
-        unknown = np.full(model.nv + len(model.multipliers), np.nan)
-        rows = np.concatenate([[t_first], state.q, state.v, unknown, state.z])[np.newaxis]
-        trajectory = Trajectory(rows, status, False, 0)
-    else:
-        if keeper is not None:
-            keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
-        trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
+    trajectory = _stepped(run, stepper, state, progress, keeper)
     solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
-    u = None if table is None else signals.rows(np.array([t_first]))[0]
-    faults = []
-    if limit := stepped_by.real_stability:
-        faults = [] if model.multipliers else [unresolved_damping(model, state, t_first, u, p, step, limit)]
-        faults.append(unresolved_states(model, state, t_first, u, p, step, limit))
     outside = [] if settled else starts_beyond_limits(model, state.q, p)
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
-    solution = replace(solution, metadata={**solution.metadata, "notes": notes})
-    for fault in filter(None, [*faults, *outside, *at_rest]):
-        solution = replace(solution, message=f"{solution.message}; {fault}")
-    return solution
+    message = "; ".join(filter(None, [solution.message, *_unresolved(run, state), *outside, *at_rest]))
+    return replace(solution, message=message, metadata={**solution.metadata, "notes": notes})
+
+
+def _stepped(run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, keeper: Keeper | None) -> Trajectory:
+    """Return what a run from a state comes to. Raises UsageError where the stepper refuses its settings."""
+    grid, model = run.grid, run.model
+    first = (grid.step if grid.whole else grid.rest) * stepper.input_times
+    table = run.driven(grid.start + first) if run.driven else None
+    status = stepper.initialize(grid.start, state.q, state.v, table, state.z)
+    if status == BAD_ARGUMENT.number:
+        what = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)}"
+        raise UsageError(Problem("settings", what, "the defaults"))
+    if status:
+        unknown = np.full(model.nv + len(model.multipliers), np.nan)
+        rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
+        return Trajectory(rows, status, False, 0)
+    if keeper is not None:
+        keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
+    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, progress, keeper)
+
+
+def _unresolved(run: Run, state: InitialState) -> list[str]:
+    """Return what decays too fast at the start of a run for an explicit method."""
+    limit, t = run.method.real_stability, run.grid.start
+    if not limit:
+        return []
+    u = run.signals.rows(np.array([t]))[0] if run.driven else None
+    judged = [unresolved_states] if run.model.multipliers else [unresolved_damping, unresolved_states]
+    return [fault(run.model, state, t, u, run.parameters, run.settings["step"], limit) for fault in judged]
 
 
 def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
@@ -352,11 +363,16 @@ def _metadata(run: Run) -> dict[str, Any]:
         "t_end": run.grid.end,
         "parameters": dict(zip(model.parameters, run.parameters.tolist(), strict=True)),
         "names": {
-            "q": model.q_names, "v": model.v_names, "a": [f"a{name[1:]}" for name in model.v_names],
-            "multipliers": list(model.multipliers), "z": model.z_names,
+            "q": model.q_names,
+            "v": model.v_names,
+            "a": [f"a{name[1:]}" for name in model.v_names],
+            "multipliers": list(model.multipliers),
+            "z": model.z_names,
         },
         "units": {
-            "q": model.q_units, "v": model.v_units, "z": model.z_units,
+            "q": model.q_units,
+            "v": model.v_units,
+            "z": model.z_units,
             "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
         },
         "outputs": {

@@ -150,7 +150,7 @@ typedef enum active_vehicle_status {
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
-    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real step; /* s, of the time grid */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
     /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
     eomgen_real rtol;

@@ -187,7 +187,7 @@ typedef enum heavy_top_r3xso3_status {
 } heavy_top_r3xso3_status;
 
 typedef struct heavy_top_r3xso3_settings {
-    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real step; /* s, of the time grid */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
     /* of the Newton increment of the mean velocity over a step, step lam and eta, weighted RMS, relative to each
      * component */

@@ -155,7 +155,7 @@ typedef enum pendulum_on_shaking_base_status {
 } pendulum_on_shaking_base_status;
 
 typedef struct pendulum_on_shaking_base_settings {
-    eomgen_real step; /* s, of the time grid, fixed */
+    eomgen_real step; /* s, of the time grid */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
     /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
     eomgen_real rtol;

@@ -17,8 +17,8 @@ from eomgen.errors import Problem, UsageError
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step; the scene's
-#: formulas expanded in series of time, and numbers of the caller held.
+#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step, where what is
+#: not a number follows the scene's formulas; the same, with the formulas expanded in series of time.
 InputDemand = Literal["sampled", "held", "series"]
 #: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method; none.
 DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]

@@ -96,7 +96,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return (
-            Field("partitions", "sets of dependent components in use, one after the other; factorizations are of B_D", 0, "long"),
+            Field("partitions", "sets of dependent components that were in use, one after the other", 0, "long"),
             Field("max_constraint", "largest |Phi| of all states that steps ended in"),
             Field("max_constraint_velocity", "largest |w| of these"),
             Field("max_pivot_ratio", "largest by smallest pivot of B_D, weighed, in any evaluation"),
