@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
@@ -177,15 +177,11 @@ def _numpy_atan2(y: Any, x: Any) -> Any:
     return ratio + np.where(steep, np.copysign(np.pi / 2, np.real(y)), behind)
 
 
-_FUNCTIONS = {
-    Op.SQRT: "sqrt", Op.SIN: "sin", Op.COS: "cos", Op.TAN: "tan", Op.ASIN: "asin", Op.ACOS: "acos", Op.ATAN: "atan",
-    Op.SINH: "sinh", Op.COSH: "cosh", Op.TANH: "tanh", Op.EXP: "exp", Op.LOG: "log",
-}  # fmt: skip
 _ARITHMETIC = {Op.ADD: operator.add, Op.SUB: operator.sub, Op.MUL: operator.mul, Op.DIV: operator.truediv}
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
     **_ARITHMETIC,
-    **{op: getattr(np, _NUMPY_NAMES.get(name, name)) for op, name in _FUNCTIONS.items()},
+    **{op: getattr(np, _NUMPY_NAMES.get(name, name)) for op, name in ELEMENTARY.items()},
     Op.POW: np.power,
     Op.ATAN2: _numpy_atan2,
     Op.ABS: lambda x: _numpy_sign(x) * x,
@@ -224,7 +220,7 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
 
     return {
         **_ARITHMETIC,
-        **{op: getattr(mpmath, name) for op, name in _FUNCTIONS.items()},
+        **{op: getattr(mpmath, name) for op, name in ELEMENTARY.items()},
         Op.POW: mpmath.power,
         Op.ATAN2: atan2,
         Op.ABS: lambda x: mpmath.sign(re(x)) * x,

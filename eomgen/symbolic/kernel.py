@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 import sympy
 
-from eomgen.symbolic.operations import Op
+from eomgen.symbolic.operations import ELEMENTARY, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 _FUNCTIONS: dict[type[sympy.Function], Op] = {
-    sympy.sin: Op.SIN, sympy.cos: Op.COS, sympy.tan: Op.TAN, sympy.asin: Op.ASIN, sympy.acos: Op.ACOS, sympy.atan: Op.ATAN,
-    sympy.atan2: Op.ATAN2, sympy.sinh: Op.SINH, sympy.cosh: Op.COSH, sympy.tanh: Op.TANH, sympy.exp: Op.EXP, sympy.log: Op.LOG,
-    sympy.Abs: Op.ABS, sympy.sign: Op.SIGN,
+    **{getattr(sympy, name): op for op, name in ELEMENTARY.items()},
+    sympy.atan2: Op.ATAN2, sympy.Abs: Op.ABS, sympy.sign: Op.SIGN,
 }  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, auto
 from typing import Any, Protocol
@@ -45,15 +45,16 @@ class Op(IntEnum):
 
 ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
 EVEN = frozenset({Op.COS, Op.COSH, Op.ABS})
-UNARY = frozenset(
-    {Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN, Op.SINH, Op.COSH, Op.TANH, Op.EXP, Op.LOG, Op.ABS, Op.SIGN}
-)
+#: Functions of one number by their names in mathematics, which libraries share.
+ELEMENTARY: Mapping[Op, str] = {
+    Op[name.upper()]: name
+    for name in ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
+}
+UNARY = frozenset({*ELEMENTARY, Op.ABS, Op.SIGN})
 LEAVES = frozenset({Op.CONST, Op.INPUT})
 
 FOLD: dict[Op, Callable[[float], float]] = {
-    Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
-    Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp, Op.LOG: math.log,
-    Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+    **{op: getattr(math, name) for op, name in ELEMENTARY.items()}, Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
 }  # fmt: skip
 
 FOLD_TWO: dict[Op, Callable[[float, float], float]] = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.symbolic.evaluate import Arithmetic, run
 from eomgen.symbolic.map import splice
-from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
@@ -150,9 +150,8 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
 
     return {
         Op.ADD: lambda x, y: x + y, Op.SUB: lambda x, y: x - y, Op.MUL: lambda x, y: x * y, Op.DIV: lambda x, y: x / y,
-        Op.SQRT: sympy.sqrt, Op.SIN: sympy.sin, Op.COS: sympy.cos, Op.TAN: sympy.tan, Op.ASIN: sympy.asin, Op.ACOS: sympy.acos,
-        Op.ATAN: sympy.atan, Op.ATAN2: sympy.atan2, Op.SINH: sympy.sinh, Op.COSH: sympy.cosh, Op.TANH: sympy.tanh,
-        Op.EXP: sympy.exp, Op.LOG: sympy.log, Op.POW: sympy.Pow, Op.ABS: sympy.Abs, Op.SIGN: sympy.sign,
+        **{op: getattr(sympy, name) for op, name in ELEMENTARY.items()},
+        Op.ATAN2: sympy.atan2, Op.POW: sympy.Pow, Op.ABS: sympy.Abs, Op.SIGN: sympy.sign,
         Op.MIN: sympy.Min, Op.MAX: sympy.Max, Op.LT: lambda x, y: indicator(x < y), Op.LE: lambda x, y: indicator(x <= y),
         Op.SELECT: select,
         Op.CURVE: lambda x, curve, derivative: sympy.Function(f"{curve.name}_{derivative}" if derivative else curve.name)(x),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of, listed, nearest, shown
@@ -36,4 +37,5 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
         if first.kind.v_size != 1:
             count = first.kind.v_size or "no"
             what = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
-            report.add(f"{key}.joint", what, "a revolute, prismatic or helical joint")
+            *most, last = (name for name, row in JOINTS.items() if row.v_size == 1)
+            report.add(f"{key}.joint", what, f"a {', '.join(most)} or {last} joint")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.elements import Robot
 from eomgen.text import listed, nearest, shown
@@ -32,7 +33,8 @@ def held_and_following(robot: Robot, locked: Collection[str], report: Report) ->
         for role, one in (("mimic another", joint), ("be mimicked", leader)):
             if one.components > 1:
                 what = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
-                report.add_at(joint.mimic.line, key, what, "a revolute, continuous or prismatic joint")
+                *most, last = (name for row in JOINTS.values() if row.v_size == 1 for name in row.urdf)
+                report.add_at(joint.mimic.line, key, what, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
     _check_circles(robot, leaders, report)
     report.raise_problems()
