@@ -55,8 +55,8 @@ DOORS: dict[str, set[str]] = {
     "model": {"analysis", "calls", "compiled", "linear", "results", "simulation"},
     # verbs
     "pipeline": {
-        "arrays", "calls", "codegen", "control", "errors", "formula", "integrators", "linear", "mechanics", "model", "scene",
-        "solvers", "symbolic", "system", "text", "toolchain", "version",
+        "arrays", "calls", "codegen", "compiled", "control", "errors", "extensions", "formula", "integrators", "linear",
+        "mechanics", "model", "scene", "solvers", "symbolic", "system", "text", "toolchain", "version",
     },
     "studies": {
         "analysis", "compiled", "errors", "files", "formula", "lie", "model", "pipeline", "scene", "symbolic",
@@ -132,6 +132,10 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.generalized_alpha": {"integrators.newton": "pivots are chosen when code is made"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
     "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
+    "pipeline.scenes": {
+        "mechanics": "SymPy; a cached model needs none of it",
+        "pipeline": "SciPy; a cached model needs none of it",
+    },
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },

@@ -127,9 +127,11 @@ def about(model: CompiledModel, state: State, setting: Setting, independent: Seq
     """
     a, lam = _dynamics(model, state, setting)
     measures, names = _measures(model, state, a, setting, independent)
+    of_inputs = model.nu or model.nz or names.disturbances
+    whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"  # where nothing else acts
+    terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
-    terms = ["linearization", "velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
-    for term in (term for term in terms if term in model.functions):
+    for term in (whole, *(term for term in terms if term in model.functions)):
         blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **setting.given)
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))

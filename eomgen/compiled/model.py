@@ -23,7 +23,7 @@ from eomgen.compiled.rates import Rates
 from eomgen.compiled.requirements import Requirements
 from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_derivatives
 from eomgen.errors import UsageError
-from eomgen.solvers.consistency import Assembly, Constrained, assemble, check_left_out, split_sizes
+from eomgen.solvers.consistency import Assembly, Constrained, EveryRow, assemble, check_left_out, split_sizes
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.library import Library
@@ -61,7 +61,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     def __init__(
         self, description: Description, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
         built: Callable[[Sequence[str]], Self] | None = None, gains: Gains | None = None,
-        every_row: Callable[[], Callable[[Array], Constrained]] | None = None, scene: Any = None,
+        every_row: Callable[[], EveryRow] | None = None, scene: Any = None,
     ) -> None:  # fmt: skip
         layout = library.layout
         self.description = description

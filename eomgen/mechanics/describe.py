@@ -53,6 +53,7 @@ def describe(scene: Scene) -> Description:
         gravity=scene.gravity,
         drawing=_drawing(scene),
         simulation=scene.simulation,
+        places={key: place for key, place in scene.source.items() if key.startswith("simulation")},
     )
 
 

@@ -14,13 +14,12 @@ from eomgen.system.terms import PURPOSES
 if TYPE_CHECKING:
     from eomgen.codegen.program import Named, Program
     from eomgen.model import Model
-    from eomgen.scene.scene import Scene
 
 #: Parameters that are named with their values.
 _LISTED = 12
 
 
-def settled(program: Program, scene: Scene, build: Callable[[Sequence[str]], Model]) -> Program:
+def settled(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
     """Return a Program that starts where ``simulate`` does at the scene's own parameters, and says so.
 
     Where no equilibrium can be found it starts as the joints say, and a RuntimeWarning as well as its README say that.

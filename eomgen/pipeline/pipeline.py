@@ -7,7 +7,7 @@ import hashlib
 import json
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
+from eomgen.extensions import extensions, loaded
+from eomgen.pipeline.front_end import Document, FrontEnd
+from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import checked_options
@@ -23,20 +26,18 @@ from eomgen.text import shown
 from eomgen.version import __version__
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
     from eomgen.model import Model
-    from eomgen.solvers.consistency import Constrained
+    from eomgen.system.description import Description
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.library import Library
 
-#: A scene, the path of one, or nested data as a scene file holds them.
-Described = Scene | str | os.PathLike[str] | Mapping[str, Any]
+#: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
+Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
 
 @checked_call('eomgen.load("scene.toml")')
@@ -86,17 +87,13 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     """
     _check_terms(terms)
     from eomgen.formula.jumps import jumps  # noqa: PLC0415
-    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.mechanics.describe import laws_of  # noqa: PLC0415
-    from eomgen.pipeline.initial_assembly import ready  # noqa: PLC0415
 
-    described = as_scene(scene)
-    values = {item.name: item.value for item in described.parameters}
-    if problems := jumps(laws_of(described), values, 0.0, described.simulation.duration):
+    document, front_end = as_document(scene)
+    described = front_end.describe(document)
+    if problems := jumps(described.laws, described.values({}), 0.0, described.simulation.duration):
         raise DescriptionError(problems)
-    if not described.constraints and described.coordinates != "absolute":
-        return mechanics.derive(described, terms)
-    return ready(partial(mechanics.derive, described), terms)
+    system = front_end.derive(document, terms)
+    return system if system.defaults else replace(system, defaults=vars(described.simulation))
 
 
 @checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
@@ -129,12 +126,12 @@ def generate(
     from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
 
     chosen = target_named(target)
-    scene = as_scene(scene)
-    program = _program(scene, terms, method, chosen)[0]
-    if scene.simulation.start == "equilibrium":
+    document, front_end = as_document(scene)
+    program = _program(document, front_end, terms, method, chosen)[0]
+    if program.defaults["start"] == "equilibrium":
         from eomgen.pipeline.equilibrium_start import settled  # noqa: PLC0415
 
-        program = settled(program, scene, lambda needed: build(scene, needed, profile="reproducible"))
+        program = settled(program, partial(_reproducible, document))
     files = chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
@@ -176,76 +173,50 @@ def build(
     """
     _check_terms(terms)
     from eomgen.integrators.methods import terms_of  # noqa: PLC0415
-    from eomgen.mechanics.describe import describe  # noqa: PLC0415
     from eomgen.model import Model  # noqa: PLC0415
     from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
-    scene = as_scene(scene)
+    document, front_end = as_document(scene)
+    described = front_end.describe(document)
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
-    library = _library(scene, terms, _method_name(scene, method), profile, real)
+    library = _library(document, front_end, terms, _method_name(described, method), profile, real)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
-    start = (lambda values: _start_of(scene, values)) if scene.coordinates == "absolute" else None
     there = [function["name"] for function in library.layout["functions"]]
-    long = not constrained and not scene.states and "iteration" in there
+    long = not constrained and not described.states and "iteration" in there
 
     def stepper(other: str) -> Library:
         """Return a library with another method's stepper; of long trees without their dense partials."""
-        needed = terms_of(other, constrained, bool(scene.states), "mass" in there)
-        return _library(scene, [("iteration" if long and term == "partials" else term) for term in needed], other, profile, real)
+        needed = terms_of(other, constrained, bool(described.states), "mass" in there)
+        wanted = [("iteration" if long and term == "partials" else term) for term in needed]
+        return _library(document, front_end, wanted, other, profile, real)
 
     def built(others: Sequence[str]) -> Model:
-        return build(scene, others, method=method, profile=profile, real=real)
+        return build(document, others, method=method, profile=profile, real=real)
 
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
-            warnings.warn(f"{scene.name}: {note}", RuntimeWarning, stacklevel=2)
-    described = describe(scene)
-    return Model(described, library, stepper, start, built, _gains_of(scene), functools.cache(lambda: _every_row(scene)), scene)
+            warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=2)
+    every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
+    gains = front_end.gains(document, _reproducible)
+    return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document)
 
 
-def _gains_of(scene: Scene) -> Callable[[Mapping[str, float]], dict[str, float]] | None:
-    """Return what finds the calibrated parameters of a scene at values of the others; None where there are none."""
-    if not any(item.calibration for item in scene.feedback):
-        return None
-
-    def gains(parameters: Mapping[str, float]) -> dict[str, float]:
-        from eomgen.pipeline import calibration  # noqa: PLC0415  # SciPy comes with it
-
-        return calibration.gains(scene, parameters, _linearizable)[0]
-
-    return gains
+def _reproducible(document: Document, terms: Sequence[str]) -> Model:
+    """Return a model from which values of parameters or states are found: the same bits everywhere."""
+    return build(document, terms, profile="reproducible")
 
 
-def _linearizable(scene: Scene, terms: list[str]) -> Model:
-    """Return a model from which gains are found: the same bits everywhere."""
-    return build(scene, terms, profile="reproducible")
+def as_document(described: Described) -> tuple[Document, FrontEnd]:
+    """Return a scene or another front end's document as it is, or a scene read from a path or made of nested data."""
+    if not isinstance(described, Scene | str | os.PathLike | Mapping):
+        for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
+            if isinstance(described, row.document):
+                return described, row
+    return load(described), SCENES  # whatever else it is, load says what it should be
 
 
-def _every_row(scene: Scene) -> Callable[[NDArray[np.float64]], Constrained]:
-    """Return what gives the constraints of a scene with all their rows, those included that were left out, at parameters."""
-    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.pipeline.initial_assembly import NEEDED, constrained  # noqa: PLC0415
-
-    system = mechanics.derive(scene, NEEDED, ())
-    return lambda parameters: constrained(system, parameters)
-
-
-def _start_of(scene: Scene, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
-    """Return q and v of absolute bodies where the joints' initial state has them, at other values of tunable parameters."""
-    from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
-    from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415
-
-    changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
-    return absolute_start(Derivation(replace(scene, parameters=changed)))
-
-
-def as_scene(scene: Described) -> Scene:
-    """Return a scene as it is, read from a path, or made of nested data."""
-    return load(scene) if isinstance(scene, str | os.PathLike) else _given_scene(scene, None)
-
-
-def _given_scene(scene: Scene | Mapping[str, Any], coordinates: Literal["joint", "absolute"] | None) -> Scene:
+def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
     """Return a scene as it is, or made of nested data; raise UsageError for what it cannot be made of, or made into."""
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
@@ -272,78 +243,81 @@ def _check_terms(terms: Sequence[str] | None) -> None:
         raise UsageError(f"no term is called {every}", hint)
 
 
-def _method_name(scene: Scene, method: str | None) -> str:
-    """Return the method asked for, or the scene's. Raises UsageError or DescriptionError when there is none of that name."""
+def _method_name(described: Description, method: str | None) -> str:
+    """Return the method asked for, or the described one. Raises UsageError or DescriptionError when there is none of its name."""
     from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
 
     if method is not None:
         return canonical_name(method)
     try:
-        return canonical_name(scene.simulation.method)
+        return canonical_name(described.simulation.method)
     except UsageError as error:
-        place = scene.source.get("simulation.method", scene.name)
+        place = described.places.get("simulation.method", described.name)
         raise DescriptionError([Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]) from None
 
 
-def _method(scene: Scene, method: str | None) -> Method:
-    """Return a method with the scene's parameters, as far as it can bear them: those of the run are settings of the stepper.
+def _method(described: Description, method: str | None) -> Method:
+    """Return a method with the parameters described, as far as it can bear them: those of the run are settings of the stepper.
 
-    Raises DescriptionError when the scene's own method cannot.
+    Raises DescriptionError when the described method cannot.
     """
     from eomgen.integrators.methods import method_named, method_parameters  # noqa: PLC0415
 
-    name = _method_name(scene, method)
+    name = _method_name(described, method)
     try:
-        return method_named(name, **method_parameters(name, {}, vars(scene.simulation)))
+        return method_named(name, **method_parameters(name, {}, vars(described.simulation)))
     except UsageError as error:
-        if name != _method_name(scene, None):
+        if name != _method_name(described, None):
             return method_named(name)
         problems = []
         for p in error.problems:
             key = p.where.replace("method.", "simulation.")
-            key = key if key in scene.source else "simulation.method"
-            problems.append(Problem(f"{scene.source.get(key, scene.name)} ({key})", p.what, p.hint))
+            key = key if key in described.places else "simulation.method"
+            problems.append(Problem(f"{described.places.get(key, described.name)} ({key})", p.what, p.hint))
         raise DescriptionError(problems) from None
 
 
-def _program(scene: Scene, terms: Sequence[str] | None, method: str | None, target: Target) -> tuple[Program, str]:
+def _program(
+    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str | None, target: Target
+) -> tuple[Program, str]:
     """Return the Program, and why it has no stepper where it has none."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
 
-    chosen = _method(scene, method)
-    if any(item.calibration for item in scene.feedback):
-        from eomgen.pipeline.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
-
-        scene = calibrated(scene, _linearizable)
-    system = derive(scene, terms)
+    described = front_end.describe(document)
+    chosen = _method(described, method)
+    system = derive(front_end.prepared(document, _reproducible), terms)
     if not target.steppers:
         return to_program(system, names=target.names), f"{target.language} has functions only"
     try:
-        return to_program(system, method_data(chosen, system, scene.simulation.step), names=target.names), ""
+        return to_program(system, method_data(chosen, system, described.simulation.step), names=target.names), ""
     except ModelError as error:
         return to_program(system, names=target.names), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
 
 
-def _library(scene: Scene, terms: Sequence[str] | None, method: str, profile: str, real: str) -> Library:
+def _library(
+    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, profile: str, real: str
+) -> Library:
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
 
     builder = Builder(profile=profile, real=real)
-    content = _content(scene, terms, method)
+    content = _content(document, front_end, terms, method)
     found = builder.find(content)
     if found is not None:
         return found
     with builder.claim(content):
-        return builder.find(content) or _made(scene, terms, method, builder, content)
+        return builder.find(content) or _made(document, front_end, terms, method, builder, content)
 
 
-def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Builder, content: bytes) -> Library:
-    """Return the library of a scene, derived and compiled."""
+def _made(
+    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, builder: Builder, content: bytes
+) -> Library:
+    """Return the library of a document, derived and compiled."""
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
 
-    program, refusal = _program(scene, terms, method, C)
+    program, refusal = _program(document, front_end, terms, method, C)
     files = generate_files(program)
     layout: dict[str, Any] = {
         **interface_layout(program),
@@ -353,20 +327,22 @@ def _made(scene: Scene, terms: Sequence[str] | None, method: str, builder: Build
     return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
 
 
-def _content(scene: Scene, terms: Sequence[str] | None, method: str) -> bytes:
+def _content(document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str) -> bytes:
     """Return all that determines the library, the compiler aside, without deriving anything."""
     from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
 
-    if not scene.content:
-        raise UsageError("this Scene was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
+    if not document.content:
+        kind = type(document).__name__
+        raise UsageError(f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
     options = {
         "terms": list(terms) if terms is not None else None,
         "method": method,
+        "front_end": front_end.name,
         "version": __version__,
         "code": _code_stamp(),
         "family": stamp_of(method),
     }
-    return scene.content + b"\0" + json.dumps(options, sort_keys=True).encode()
+    return document.content + b"\0" + json.dumps(options, sort_keys=True).encode()
 
 
 def _code_stamp() -> str:

@@ -79,7 +79,8 @@ class Solution:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what goes to another process: everything but the way to the model; poses where they have been asked for."""
+        """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the model."""
+        self._seen_or_none()
         return {**vars(self), "see": None, "evaluate": None, "linear": None, "between": None}
 
     @cached_property

@@ -267,6 +267,10 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
     return B
 
 
+#: Evaluates constraints with all their rows, those included that were left out, at parameters (np,).
+EveryRow = Callable[[Array], "Constrained"]
+
+
 def check_left_out(
     system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
 ) -> list[str]:  # fmt: skip

@@ -257,6 +257,7 @@ class Description:
     requirements : what values must be that tunable parameters decide
     lengths : vectors, m, whose norms tell how large the machine is
     gravity : m/s^2
+    places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
     """
 
     name: str
@@ -276,6 +277,7 @@ class Description:
     gravity: Vector = ZERO_VECTOR
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)
+    places: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def fixed(self) -> dict[str, float]:

@@ -29,7 +29,6 @@ from eomgen.text import nearest, shown
 if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.pipeline.pipeline import Described
-    from eomgen.scene.scene import Scene
     from eomgen.system.system import System
 
 #: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check alone.
@@ -82,7 +81,7 @@ def check(
         raise UsageError(Problem("states", f"a check needs at least one state, not {states}", "8"))
     if seed < 0:
         raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is", "0"))
-    described = pipeline.as_scene(scene)
+    described = pipeline.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
     model = pipeline.build(described, terms, profile=profile)
@@ -106,7 +105,7 @@ def _explained(report: FormReport, model: Model, found: States) -> FormReport:
     return replace(report, worst=replace(report.worst, explained=f"{inertia.what}; try: {inertia.hint}"))
 
 
-def _terms(scene: Scene, only: Sequence[str]) -> list[str]:
+def _terms(scene: Described, only: Sequence[str]) -> list[str]:
     """Return the terms to build: of those that only a name brings in, the ones that are asked about."""
     size = pipeline.derive(scene, ["residual"]).nv
     if size > LARGE:

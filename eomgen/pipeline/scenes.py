@@ -1,0 +1,73 @@
+"""The front end of Scenes: mechanics, with what a scene asks for around its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from eomgen.mechanics.describe import describe
+from eomgen.pipeline.front_end import Build, FrontEnd
+from eomgen.scene.scene import Scene
+from eomgen.system.terms import PURPOSES
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import Gains, Start
+    from eomgen.solvers.consistency import EveryRow
+    from eomgen.system.system import System
+
+
+def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+    from eomgen.pipeline.initial_assembly import ready  # noqa: PLC0415
+
+    if not scene.constraints and scene.coordinates != "absolute":
+        return mechanics.derive(scene, terms)
+    return ready(partial(mechanics.derive, scene), terms)
+
+
+def _prepared(scene: Scene, build: Build) -> Scene:
+    """Return a scene whose calibrated parameters have their values."""
+    if not any(item.calibration for item in scene.feedback):
+        return scene
+    from eomgen.pipeline.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
+
+    return calibrated(scene, build)
+
+
+def _gains(scene: Scene, build: Build) -> Gains | None:
+    if not any(item.calibration for item in scene.feedback):
+        return None
+
+    def gains(parameters: Mapping[str, float]) -> dict[str, float]:
+        from eomgen.pipeline import calibration  # noqa: PLC0415  # SciPy comes with it
+
+        return calibration.gains(scene, parameters, build)[0]
+
+    return gains
+
+
+def _start(scene: Scene) -> Start | None:
+    """Return what puts absolute bodies where the joints' initial state has them."""
+    if scene.coordinates != "absolute":
+        return None
+
+    def start(parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
+        from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
+        from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415
+
+        changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
+        return absolute_start(Derivation(replace(scene, parameters=changed)))
+
+    return start
+
+
+def _every_row(scene: Scene) -> EveryRow:
+    from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
+    from eomgen.pipeline.initial_assembly import constrained  # noqa: PLC0415
+
+    return partial(constrained, mechanics.derive(scene, PURPOSES["initial_assembly"], ()))
+
+
+SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row)

@@ -1,0 +1,104 @@
+"""A front end of another distribution: a lattice given by its Hamiltonian goes all the way without a line in the package."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.results.plots import draw
+from eomgen.studies.verification.check import check
+from tests.models.cache import shared_cache
+from tests.models.lattice import Lattice
+
+__all__ = ["shared_cache"]
+
+CELLS = 12
+#: Slopes of the potentials.
+SLOPES = {"fput": lambda s: s + 0.25 * s**2, "pendulums": np.sin}
+
+
+@pytest.fixture(autouse=True)
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Install a distribution that names the front end."""
+    information = tmp_path / "lattices-1.0.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: lattices\nVersion: 1.0\n", encoding="utf-8")
+    entry = "[eomgen.front_ends]\nlattices = tests.models.lattice:LATTICES\n"
+    (information / "entry_points.txt").write_text(entry, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+def lattice(potential: str) -> Lattice:
+    mode = np.sin(np.pi * np.arange(1, CELLS + 1) / (CELLS + 1))
+    return Lattice(potential, potential, tuple((0.8 * mode).tolist()))
+
+
+def reference(potential: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return displacements (nt, cells) by SciPy from forces written for themselves."""
+    slope = SLOPES[potential]
+
+    def rate(_: float, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        q, v = state[:CELLS], state[CELLS:]
+        return np.concatenate([v, np.diff(slope(np.diff(q, prepend=0.0, append=0.0)))])
+
+    start = np.concatenate([lattice(potential).displacements, np.zeros(CELLS)])
+    return solve_ivp(rate, (0.0, times[-1]), start, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=times).y[:CELLS].T
+
+
+@pytest.mark.parametrize("potential", SLOPES)
+@pytest.mark.parametrize(("method", "bound"), [("generalized_alpha", 1e-3), ("rk4", 1e-7), ("taylor", 1e-9)])
+def test_a_lattice_moves_as_its_hamiltonian_says(potential: str, method: str, bound: float) -> None:
+    model = eomgen.build(lattice(potential), profile="quick")
+    run = model.simulate(20.0, 0.01, method=method, **({"rho_inf": 1.0} if method == "generalized_alpha" else {}))
+    assert run.success and run.message.startswith("reached t = 20 s"), run.message
+    np.testing.assert_allclose(run.q, reference(potential, run.t), atol=bound)
+    assert np.ptp(run.energy["total"]) < bound * run.energy["total"][0]
+    assert np.ptp(run.energy["potential"]) > 0.1 * run.energy["total"][0]
+
+
+def test_it_has_names_units_and_a_linear_model() -> None:
+    model = eomgen.build(lattice("fput"), profile="quick")
+    assert isinstance(model.scene, Lattice) and model.q_names[1] == "q.cell1" and model.v_units == ["m/s"] * CELLS
+    found = np.sort(np.abs(model.linearize().modes().eigenvalues.imag))
+    exact = 2.0 * np.sin(np.pi * np.arange(1, CELLS + 1) / (2 * (CELLS + 1)))
+    np.testing.assert_allclose(np.unique(np.round(found, 9)), np.round(exact, 9), atol=1e-8)
+
+
+def test_its_closed_forms_are_checked() -> None:
+    report = check(lattice("pendulums"), profile="quick", states=4)
+    assert report.passed, report.failures
+    assert {"mass.M", "partials.K"} <= {form.name for form in report.forms}
+
+
+def test_it_is_drawn_saved_and_sent_to_another_process(tmp_path: Path) -> None:
+    run = eomgen.build(lattice("fput"), profile="quick").simulate(2.0, 0.02)
+    (tmp_path / "run.pickle").write_bytes(pickle.dumps(run))
+    code = (
+        "import pickle, sys; from pathlib import Path; from eomgen.results.plots import draw; folder = Path(sys.argv[1])\n"
+        "run = pickle.loads((folder / 'run.pickle').read_bytes())\n"
+        "print(len(draw(run, folder)), run.animate(folder / 'there.html').stat().st_size, 'eomgen.compiled.model' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True)
+    pictures, size, model = done.stdout.split()
+    page = run.animate(tmp_path / "here.html")
+    assert int(pictures) == len(draw(run, tmp_path)) > 0 and int(size) == page.stat().st_size and model == "False"
+    text = page.read_text(encoding="utf-8")
+    assert all(f'"cell{k}"' in text for k in range(CELLS)) and '"sphere"' in text
+
+
+def test_its_c_stands_alone(tmp_path: Path) -> None:
+    names = {file.name for file in eomgen.generate(lattice("fput"), tmp_path / "c", method="rk4")}
+    assert {"fput.h", "fput.c", "fput_step.c", "README.md"} <= names
+
+
+def test_documents_of_nobody_are_refused() -> None:
+    with pytest.raises(eomgen.UsageError, match="a scene, a path or a mapping like a scene file is needed, not int"):
+        eomgen.build(3)  # type: ignore[arg-type]
