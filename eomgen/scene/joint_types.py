@@ -202,27 +202,28 @@ class Connection:
         return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
 
 
+#: Types that URDF has come first, in its order: hints list them so.
 _ROWS = (
-    Connection("fixed", urdf=("fixed",)),
     Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
     Connection("prismatic", (_travel(),), drive="travel", urdf=("prismatic",)),
-    Connection("helical", (ElementaryMotion("screw", (AXIS,)),)),
-    Connection("cylindrical", (_travel(1), _turn()), drive="travel"),
-    Connection("universal", (_turn(), _turn(1, SECOND_AXIS)), meanings=("first angle", "second angle")),
+    Connection("fixed", urdf=("fixed",)),
+    Connection(
+        "free",
+        (_FREE,),
+        urdf=("floating",),
+        light="mass and inertia = [xx, yy, zz] for the body {}, or three prismatic joints for a point mass",
+    ),
     Connection(
         "planar",
         (ElementaryMotion("travel", (SECOND_AXIS, THIRD_AXIS), (1, 2)), _turn()),
         meanings=("angle", "x", "y"),
         urdf=("planar",),
     ),
+    Connection("helical", (ElementaryMotion("screw", (AXIS,)),)),
+    Connection("cylindrical", (_travel(1), _turn()), drive="travel"),
+    Connection("universal", (_turn(), _turn(1, SECOND_AXIS)), meanings=("first angle", "second angle")),
     Connection(
         "spherical", (_BALL,), light="inertia = [xx, yy, zz] for the body {}, or two revolute joints for what has no size"
-    ),
-    Connection(
-        "free",
-        (_FREE,),
-        urdf=("floating",),
-        light="mass and inertia = [xx, yy, zz] for the body {}, or three prismatic joints for a point mass",
     ),
     Connection("distance", equations=(1, 0), needs=("nothing", "nothing"), keys=("length",), rod=True),
     Connection("point_on_line", (_travel(3), _BALL)),

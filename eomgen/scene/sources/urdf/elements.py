@@ -16,13 +16,13 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.geometry.rotations import SNAP, of_quaternion, roll_pitch_yaw, snapped_rotation
-from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
 from eomgen.text import NAME_LENGTH, is_legal, nearest, shown
 
 #: Types of joints by their names in the format.
-JOINT_TYPES = {name: row.name for row in JOINTS.values() for name in row.urdf}
+JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
