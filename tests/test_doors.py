@@ -350,6 +350,30 @@ def test_nothing_is_evaluated_or_unpickled() -> None:
     assert wrong == []
 
 
+#: Private names that Python offers.
+_OFFERED = {"_replace", "_asdict", "_getframe"}
+
+
+def test_private_names_are_used_in_their_own_modules() -> None:
+    wrong = []
+    for module, path in _modules():
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+        own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+        slots = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+        for node in nodes:
+            if isinstance(node, ast.Attribute) and _is_private(node.attr) and node.attr not in own | slots | _OFFERED:
+                wrong.append(f"{module}:{node.lineno} uses {node.attr}")
+            if isinstance(node, ast.ImportFrom):
+                wrong += [f"{module} imports {alias.name}" for alias in node.names if _is_private(alias.name)]
+    assert wrong == []
+
+
+def _is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__")
+
+
 def _run(code: str, **environment: str) -> str:
     result = subprocess.run(
         [sys.executable, "-c", code],

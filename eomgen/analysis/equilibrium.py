@@ -144,7 +144,7 @@ def equilibrium(
     found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
     if found is None:
         raise _failure(model, statics, settled)
-    deviations = model._check_left_out(found.point.q, np.zeros(model.nv), time, p)
+    deviations = model.check_left_out(found.point.q, np.zeros(model.nv), time, p)
     notes = [*deviations, *_elsewhere(model, statics, found, settled), *rest_notes(places, found.path, u)]
     return _result(model, statics, found, time, places.base, notes)
 
@@ -226,7 +226,7 @@ def _statics(model: CompiledModel, places: Places, q: Array, u: Inputs) -> Stati
         stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
         rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
-        followed=lambda q: model._terms.followed(q, places.t, p, places.base),
+        followed=lambda q: model.evaluator.followed(q, places.t, p, places.base),
         length=places.length(q),
         gravity=places.gravity(),
         total=places.mass(),

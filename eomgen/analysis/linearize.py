@@ -89,7 +89,7 @@ def linearize(
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
     able = model.having(PURPOSES["linearization"])
-    setting = Setting(number_of("t", t), p, u, None if base is None else able._terms.base(base))
+    setting = Setting(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     said = sorted(name for name, value in given.items() if value is not None)
     if said:
         if "q" not in said:
@@ -200,21 +200,21 @@ def _given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
     for name, size in sizes.items():
         if given.get(name) is None:
             continue
-        whole = model._terms.with_references(name, given[name]) if name == "q" else given[name]
+        whole = model.evaluator.with_references(name, given[name]) if name == "q" else given[name]
         parts[name] = components(name, whole, size)
         if parts[name].ndim != 1:
             what = f"one state is needed, not a batch of shape {parts[name].shape}"
             raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))
         check_finite(name, parts[name])
-    parts["q"] = model._terms.configuration(parts["q"])
-    z = model._terms.internal(given.get("z"))
+    parts["q"] = model.evaluator.configuration(parts["q"])
+    z = model.evaluator.internal(given.get("z"))
     v = parts.get("v", np.zeros(model.nv))
     return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
 
 def _check_constraints(model: CompiledModel, state: State, setting: Setting) -> None:
     """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
-    model._check_left_out(state.q, state.v, setting.t, setting.parameters)
+    model.check_left_out(state.q, state.v, setting.t, setting.parameters)
     if not model.multipliers:
         return
     given = setting.given
@@ -324,4 +324,4 @@ def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[s
 
 def _inputs(model: CompiledModel, setting: Setting) -> Array:
     values = {"t": np.asarray(setting.t), "p": setting.parameters}
-    return model._terms._inputs(setting.u, values)
+    return model.evaluator.inputs(setting.u, values)

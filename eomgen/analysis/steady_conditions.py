@@ -95,7 +95,7 @@ class Conditions:
 
     def followed(self, q: Array) -> Array:
         """Return q with what it counts over turns brought to where its poses are."""
-        return self.model._terms.followed(q, self.t, self.parameters)
+        return self.model.evaluator.followed(q, self.t, self.parameters)
 
     def _given(self, **more: Any) -> dict[str, Any]:
         return {"t": self.t, "u": self.u, "parameters": self.parameters, **more}
@@ -256,7 +256,7 @@ def named_values(
         q[factor.q] = components(f"coordinates {name}", numbers_of, factor.q_size)
         held_q[factor.v] = True
     check_finite("coordinates", q, model.q_names)
-    q = model._terms.configuration(q)
+    q = model.evaluator.configuration(q)
     return q, held_q, v, held_v
 
 

@@ -141,7 +141,7 @@ def steady_motion(
     except np.linalg.LinAlgError:
         raise _indefinite(able, q, p) from None
     state = found.state
-    able._check_left_out(state.q, state.v, conditions.t, p)
+    able.check_left_out(state.q, state.v, conditions.t, p)
     undetermined = _undetermined(conditions, found, given)
     acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion)), initial=0.0))
     message = f"steady after {found.steps} steps, unbalanced acceleration {acceleration:.3g}"

@@ -27,7 +27,7 @@ class Bodies:
 
     bodies: tuple[str, ...]
     beams: frozenset[str]
-    _terms: Terms
+    evaluator: Terms
 
     def pose(
         self, body: str, q: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
@@ -99,6 +99,6 @@ class Bodies:
 
     def _of(self, body: str, term: str, **given: Any) -> Array:
         check_name("body", body, self.bodies)
-        every = self._terms.call(term, **given)[0]
+        every = self.evaluator.call(term, **given)[0]
         found: Array = np.take(every, self.bodies.index(body), axis=-3 if term == "jacobians" else -2)
         return found

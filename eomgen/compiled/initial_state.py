@@ -53,7 +53,7 @@ def initial_state(model: CompiledModel, initial: Mapping[str, Any] | None, param
         if name == "z" and isinstance(value, Mapping):
             state.z[:] = by_name("state", value, model.states, state.z)
         else:
-            given_value = model._terms.with_references("initial q", value) if name == "q" else value
+            given_value = model.evaluator.with_references("initial q", value) if name == "q" else value
             _put(getattr(state, name), slice(None), f"initial {name}", given_value)
     _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
     check_finite("initial q", state.q, model.q_names)

@@ -23,12 +23,12 @@ class InternalPartials(NamedTuple):
 class InternalStates:
     """The part of a model that is about its internal states z: an array, a mapping from names, or None for the initial values."""
 
-    _terms: Terms
+    evaluator: Terms
 
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the internal states, in the order of z."""
-        return self._terms.state_names
+        return self.evaluator.state_names
 
     def internal_rates(
         self, q: ArrayLike, v: ArrayLike, z: States = None, t: ArrayLike = 0.0, u: Inputs = None, *,
@@ -36,9 +36,9 @@ class InternalStates:
     ) -> Array:  # fmt: skip
         """Return zdot = f(q, v, z, t, u), (..., nz)."""
         if not self.states:
-            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+            q, v, p = self.evaluator.configuration(q), self.evaluator.velocity("v", v), self.evaluator.parameters(parameters)
             return np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1], p.shape[:-1], np.shape(t)), 0))
-        return self._terms.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
+        return self.evaluator.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
 
     def internal_partials(
         self, q: ArrayLike, v: ArrayLike, z: States = None, t: ArrayLike = 0.0, u: Inputs = None, *,
@@ -46,4 +46,4 @@ class InternalStates:
     ) -> InternalPartials:  # fmt: skip
         """Return the exact partials that ``partials`` has no columns and rows for: those in z, and those of zdot."""
         given = {"q": q, "v": v, "z": z, "t": t, "u": u}
-        return InternalPartials(*self._terms.call("internal_partials", **given, parameters=parameters, base=base))
+        return InternalPartials(*self.evaluator.call("internal_partials", **given, parameters=parameters, base=base))

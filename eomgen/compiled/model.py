@@ -74,11 +74,11 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self._every_row = every_row
         self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
-        self._terms = Terms(library, list(description.fixed), Requirements(description, tuple(self._parameters)))
-        self.functions, self.factors, self.inputs = self._terms.functions, self._terms.factors, self._terms.input_names
+        self.evaluator = Terms(library, list(description.fixed), Requirements(description, tuple(self._parameters)))
+        self.functions, self.factors, self.inputs = self.evaluator.functions, self.evaluator.factors, self.evaluator.input_names
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, description.coordinates)
-        self.angles = self._terms.angles
+        self.angles = self.evaluator.angles
         self.q_names += [f"q.{name}" for name in self.angles]
         self.q_units += ["rad"] * len(self.angles)
         self.z_names = [f"z.{name}" for name in self.states]
@@ -204,8 +204,8 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
     ) -> Array:
         """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
-        if not self._terms.moving_base and base is None:
-            q, v, p = self._terms.configuration(q), self._terms.velocity("v", v), self._terms.parameters(parameters)
+        if not self.evaluator.moving_base and base is None:
+            q, v, p = self.evaluator.configuration(q), self.evaluator.velocity("v", v), self.evaluator.parameters(parameters)
             shapes = (q.shape[:-1], v.shape[:-1], p.shape[:-1], numbers("t", t).shape)
             return np.zeros((*np.broadcast_shapes(*shapes), self.nv))
         return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
@@ -231,7 +231,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot = -g."""
-        return self._terms.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
+        return self.evaluator.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def consistent(
         self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
@@ -245,9 +245,9 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
             the default parameters do not follow at these; names the rows.
         """
         p = self.parameter_array(parameters)
-        return consistent(self, self._terms.configuration(q), self._terms.velocity("v", v), t, p)
+        return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
-    def _check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
+    def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
         """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,).
 
         Returns a sentence for each that does so all but for a little.
@@ -269,7 +269,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
         """
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-        K, C, M = self._terms.call("partials", **given, multipliers=multipliers, parameters=parameters)
+        K, C, M = self.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
         return K, C, M
 
     def evaluate(
@@ -283,7 +283,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         """
         check_derivatives(rates)
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
-        values = self._terms.call(term, **given, multipliers=multipliers, parameters=parameters)
+        values = self.evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
         return dict(zip(self.functions.output_names(term), values, strict=True))
 
     # -- outputs, energies ---------------------------------------------------------------------------------------------
@@ -310,7 +310,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     ) -> dict[str, Array]:  # fmt: skip
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
-            self._terms.parameters(parameters)
+            self.evaluator.parameters(parameters)
             return ByName("output", {})
         values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
         result, start = ByName[Array]("output", {}), 0
@@ -333,7 +333,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         of_q = configuration_rate(self.factors, q, v)
         if self.angles:
             p = self.parameter_array(parameters)
-            of_q[..., -len(self.angles) :] = self._terms.angle_motion(turned, v, t, p)[1]
+            of_q[..., -len(self.angles) :] = self.evaluator.angle_motion(turned, v, t, p)[1]
         rates = [of_q, self.forward_dynamics(turned, v, t, u, z=z, parameters=parameters)]
         if self.nz:
             rates.append(self.internal_rates(turned, v, z, t, u, parameters=parameters))
@@ -349,10 +349,10 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         UsageError
             Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
         """
-        return self._terms.parameters(parameters)
+        return self.evaluator.parameters(parameters)
 
     def _one(self, term: str, **given: Any) -> Array:
-        return self._terms.call(term, **given)[0]
+        return self.evaluator.call(term, **given)[0]
 
 
 def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
@@ -393,5 +393,5 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         sizes=sizes,
     )
     found = assemble(equations, q, v, t)
-    deviations = (*found.deviations, *model._check_left_out(found.q, found.v, t, parameters))
-    return replace(found, q=model._terms.followed(found.q, t, parameters), deviations=deviations)
+    deviations = (*found.deviations, *model.check_left_out(found.q, found.v, t, parameters))
+    return replace(found, q=model.evaluator.followed(found.q, t, parameters), deviations=deviations)

@@ -22,7 +22,7 @@ class Prescribed:
     """The part of a model that is about time alone; what is given here can be handed in otherwise at every call."""
 
     library: Library
-    _terms: Terms
+    evaluator: Terms
 
     def base(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the prescribed state of the base at t, (..., 19).
@@ -30,16 +30,16 @@ class Prescribed:
         Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in base
         axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
         """
-        p = self._terms.parameters(parameters)
-        if "base" not in self._terms.functions:
-            rest = np.zeros((*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self._terms.functions.sizes["base"]))
+        p = self.evaluator.parameters(parameters)
+        if "base" not in self.evaluator.functions:
+            rest = np.zeros((*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self.evaluator.functions.sizes["base"]))
             rest[..., 0] = 1.0
             return rest
-        return self._terms.functions("base", {"t": numbers("t", t), "p": p})[0]
+        return self.evaluator.functions("base", {"t": numbers("t", t), "p": p})[0]
 
     def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
-        return self._terms.formula_inputs({"t": numbers("t", t), "p": self._terms.parameters(parameters)})
+        return self.evaluator.formula_inputs({"t": numbers("t", t), "p": self.evaluator.parameters(parameters)})
 
     def discontinuity_times(self, start: float, end: float, *, order: int = 2) -> Array:
         """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.

@@ -20,7 +20,7 @@ class Rates:
     """
 
     functions: Functions
-    _terms: Terms
+    evaluator: Terms
 
     def rates(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike | None = None, s: ArrayLike | None = None,
@@ -40,7 +40,7 @@ class Rates:
         term = self._term_of(order)
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "s": s, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
         given |= {"a_higher": a_higher, "u_higher": u_higher, "z": z, "base": base, "base_rates": base_rates}
-        return self._terms.call(term, **given, parameters=parameters)
+        return self.evaluator.call(term, **given, parameters=parameters)
 
     def _term_of(self, order: int | None) -> str:
         if order is None:
@@ -58,7 +58,7 @@ class Rates:
         """
         given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
         given |= {"z": z, "base": base, "base_rates": base_rates}
-        a, j, s = self._terms.call("forward_rates", **given, parameters=parameters)
+        a, j, s = self.evaluator.call("forward_rates", **given, parameters=parameters)
         return a, j, s
 
     def coriolis(
@@ -72,20 +72,20 @@ class Rates:
             Take the factorisation for which dM/dt - 2 C is skew, C + J^T M b J (term ``coriolis_skew``), in place of
             J^T (M J' - b^T M J) of Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257 (term ``coriolis``).
         """
-        return self._terms.call("coriolis_skew" if skew else "coriolis", q=q, v=v, parameters=parameters)[0]
+        return self.evaluator.call("coriolis_skew" if skew else "coriolis", q=q, v=v, parameters=parameters)[0]
 
     def mass_rates(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, parameters: Parameters = None
     ) -> tuple[Array, Array]:
         """Return the first and second time derivative of M, each (..., nv, nv). The term is ``mass_rates``."""
-        first, second = self._terms.call("mass_rates", q=q, v=v, a=a, parameters=parameters)
+        first, second = self.evaluator.call("mass_rates", q=q, v=v, a=a, parameters=parameters)
         return first, second
 
     def coupling_rates(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, *, parameters: Parameters = None
     ) -> tuple[Array, Array]:
         """Return the first and second time derivative of h, each (..., nv). The term is ``coupling_rates``."""
-        first, second = self._terms.call("coupling_rates", q=q, v=v, a=a, j=j, parameters=parameters)
+        first, second = self.evaluator.call("coupling_rates", q=q, v=v, a=a, j=j, parameters=parameters)
         return first, second
 
     def force_rates(
@@ -96,7 +96,7 @@ class Rates:
         """Return the first and second time derivative of Q, each (..., nv). The term is ``force_rates``."""
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
         given |= {"z": z, "base": base, "base_rates": base_rates}
-        first, second = self._terms.call("force_rates", **given, parameters=parameters)
+        first, second = self.evaluator.call("force_rates", **given, parameters=parameters)
         return first, second
 
     def base_motion_rates(
@@ -105,5 +105,5 @@ class Rates:
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return the first and second time derivative of b, each (..., nv). The term is ``base_motion_rates``."""
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
-        first, second = self._terms.call("base_motion_rates", **given, parameters=parameters)
+        first, second = self.evaluator.call("base_motion_rates", **given, parameters=parameters)
         return first, second

@@ -153,7 +153,7 @@ class Terms:
         elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
         if "u" in blocks or given.get("u") is not None:
-            values["u"] = self._inputs(given.get("u"), values)
+            values["u"] = self.inputs(given.get("u"), values)
         if missing_a and constrained:
             values["a"], multipliers = accelerations(self.functions, values)
             if given.get("multipliers") is None:
@@ -177,7 +177,7 @@ class Terms:
         elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
         if "u" in blocks or given.get("u") is not None:
-            values["u"] = self._inputs(given.get("u"), values)
+            values["u"] = self.inputs(given.get("u"), values)
         return accelerations(self.functions, values)
 
     def base(self, base: ArrayLike) -> Array:
@@ -192,7 +192,8 @@ class Terms:
             return self.functions("inputs", values)[0]
         return np.zeros((*values["t"].shape, len(self.input_names)))
 
-    def _inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
+    def inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
+        """Return inputs as (..., nu); those that are not given are what ``formula_inputs`` says."""
         if u is not None and not isinstance(u, Mapping):
             return components("u", u, len(self.input_names))
         said = self.formula_inputs(values)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import inspect
 import json
 import os
 import warnings
@@ -337,12 +338,19 @@ def _content(document: Document, front_end: FrontEnd, terms: Sequence[str] | Non
     options = {
         "terms": list(terms) if terms is not None else None,
         "method": method,
-        "front_end": front_end.name,
+        "front_end": [front_end.name, _stamp(front_end)],
         "version": __version__,
         "code": _code_stamp(),
         "family": stamp_of(method),
     }
     return document.content + b"\0" + json.dumps(options, sort_keys=True).encode()
+
+
+def _stamp(front_end: FrontEnd) -> str:
+    """Return a digest of the file that another distribution's front end derives by; nothing for eomgen's own."""
+    if front_end is SCENES:
+        return ""
+    return hashlib.sha256(Path(inspect.getfile(front_end.derive)).read_bytes()).hexdigest()
 
 
 def _code_stamp() -> str:

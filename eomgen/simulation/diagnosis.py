@@ -180,7 +180,7 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
     """Return which joint turns too far within a step for its turns to be counted, empty where none does."""
     if not model.angles:
         return ""
-    turns = step * np.abs(model._terms.angle_motion(q, v, t, p)[1])
+    turns = step * np.abs(model.evaluator.angle_motion(q, v, t, p)[1])
     k = int(np.argmax(turns))
     return f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
 

@@ -128,7 +128,7 @@ def start_of(
         state = InitialState(consistent.q, consistent.v, state.z)
         sentences += [*consistent.corrections(), *consistent.deviations]
     elif changed:  # all rows may be left out
-        sentences += model._check_left_out(state.q, state.v, t, p)
+        sentences += model.check_left_out(state.q, state.v, t, p)
     return state, sentences, doubts
 
 

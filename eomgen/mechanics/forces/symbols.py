@@ -40,19 +40,19 @@ class Quantities:
         self._outputs_of_controllers: dict[str, Scalar] = {}
         self.energies: dict[str, Scalar] = {}
 
-    def _input(self, block: str, index: int = 0) -> Scalar:
+    def input(self, block: str, index: int = 0) -> Scalar:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
     def __call__(self, symbol: Symbol) -> Scalar:
         match symbol.kind:
             case "time":
-                return self._input("t")
+                return self.input("t")
             case "parameter":
                 return self.tree.parameters[symbol.name]
             case "input":
-                return self._input("u", self.input_numbers[symbol.name])
+                return self.input("u", self.input_numbers[symbol.name])
             case "state":
-                return self._input("z", self.state_numbers[symbol.name])
+                return self.input("z", self.state_numbers[symbol.name])
             case "controller":
                 return self.controller(symbol.name)
             case "q":
