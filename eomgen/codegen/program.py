@@ -41,13 +41,17 @@ class Statement:
 
 @dataclass(frozen=True)
 class Part:
-    """A chunk of a function that is compiled on its own: what it reads, what it fills, whether it needs the workspace."""
+    """A chunk of a function that is compiled on its own: what it reads, what it fills, whether it needs the workspace.
+
+    ``names`` are what mechanics calls local values, (number, text); a target makes them legal and distinct.
+    """
 
     statements: tuple[Statement, ...]
     inputs: tuple[str, ...]
     outputs: tuple[int, ...]
     workspace: bool
     operations: int
+    names: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -93,6 +93,19 @@ class Algebra:
         x, y, z = (self.vector(row) for row in rows)
         return (x, y, z)
 
+    def named(self, text: str, values: Vector) -> Vector:
+        """Return a vector whose components have the names ``text_x, text_y, text_z``."""
+        for axis, value in zip("xyz", values, strict=True):
+            self.tape.name(value.ref, f"{text}_{axis}")
+        return values
+
+    def named_matrix(self, text: str, rows: Matrix) -> Matrix:
+        """Return a matrix whose entries have the names ``text_xx, text_xy, ...``."""
+        for axis, row in zip("xyz", rows, strict=True):
+            for other, value in zip("xyz", row, strict=True):
+                self.tape.name(value.ref, f"{text}_{axis}{other}")
+        return rows
+
     def block(self, name: str, size: int) -> list[Scalar]:
         """Return the components of an input block."""
         return [Scalar(self.tape, self.tape.input(name, index)) for index in range(size)]

@@ -32,6 +32,8 @@ class Tape:
         Operation code and operand references; for CONST ``a`` indexes ``constants``, for INPUT ``inputs``.
     blocks : list of (first node, label)
         What the nodes from here on mean physically; becomes comments in the C.
+    names : dict
+        What a node is called in the field, by which the C names its local variables; no two names of a node.
     maps : list of Map
         Loops over identical elements (see ``map.py``).
     curves : list of (curve, derivative)
@@ -45,6 +47,7 @@ class Tape:
     constants: list[float] = field(default_factory=list)
     inputs: list[InputSymbol] = field(default_factory=list)
     blocks: list[tuple[int, str]] = field(default_factory=list)
+    names: dict[int, str] = field(default_factory=dict)
     maps: list[object] = field(default_factory=list)
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
@@ -236,6 +239,11 @@ class Tape:
         self.blocks.append((len(self.op), label))
         yield
         self.blocks.append((len(self.op), previous))
+
+    def name(self, ref: Ref, text: str) -> None:
+        """Name the operation behind a reference, ``minus_text`` behind a negative; the first name stays. Leaves have none."""
+        if self.op[abs(ref)] not in LEAVES:
+            self.names.setdefault(abs(ref), text if ref > 0 else f"minus_{text}")
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Return the operand references of a node; leaves have none, Map results those their Map gathers."""

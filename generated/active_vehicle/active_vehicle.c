@@ -930,255 +930,281 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     M[32] = K(59.0);
     M[40] = K(59.0);
     M[48] = K(59.0);
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
     const real x12 = x10 + x11;
-    const real x13 = K(1.4) * x2;
-    const real x14 = K(0.75) * x8;
+    const real x13 = K(1.4) * sin_pitch;
+    const real x14 = K(0.75) * R_body_zy;
     const real x15 = x13 - x14;
     const real x16 = K(1.4) - x12;
-    const real x17 = K(0.75) - K(0.75) * x5;
-    const real x18 = q[3] - (x1 - x15);
-    /* twist of link pitching */
-    const real x19 = v[0] * x3;
-    const real x20 = v[0] * x2;
-    /* twist of link body */
-    const real x21 = x4 * x19;
-    const real x22 = x5 * x19;
-    const real x23 = v[1] * x5;
-    const real x24 = v[1] * x4;
-    /* spring front_left */
-    const real x25 = K(0.75) * x24;
+    const real x17 = K(0.75) - K(0.75) * cos_roll;
+    const real x18 = q[3] - (p_heaving_z - x15);
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x25 = K(0.75) * minus_omega_body_z;
     const real x26 = K(0.75) * v[2];
-    const real x27 = K(1.4) * x23;
-    const real x28 = x20 - x25;
-    const real x29 = x21 - K(1.4) * x24;
-    const real x30 = x22 + (x26 - x27);
-    const real x31 = x3 * x28;
-    const real x32 = x6 * x29;
-    const real x33 = x7 * x30;
+    const real x27 = K(1.4) * omega_body_y;
+    const real x28 = minus_v_pitching_x - x25;
+    const real x29 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x30 = v_body_z + (x26 - x27);
+    const real x31 = cos_pitch * x28;
+    const real x32 = R_body_xy * x29;
+    const real x33 = R_body_xz * x30;
     const real x34 = x31 - x32 - x33;
-    const real x35 = x5 * x29;
-    const real x36 = x35 - x4 * x30;
-    const real x37 = x2 * x28;
-    const real x38 = x8 * x29;
-    const real x39 = x9 * x30;
+    const real x35 = cos_roll * x29;
+    const real x36 = x35 - sin_roll * x30;
+    const real x37 = sin_pitch * x28;
+    const real x38 = R_body_zy * x29;
+    const real x39 = R_body_zz * x30;
     const real x40 = x37 + x38 + x39;
     const real x41 = v[3] - x40;
     const real x42 = x17 * x17;
-    const real x43 = EG_SQRT(x16 * x16 + x42 + x18 * x18);
-    const real x44 = K(1.0) / x43;
+    const real length_front_left = EG_SQRT(x16 * x16 + x42 + x18 * x18);
+    const real x44 = K(1.0) / length_front_left;
     const real x45 = x16 * x44;
     const real x46 = x17 * x44;
     const real x47 = x18 * x44;
     const real x48 = p->p_damper_front * (x34 * x45 - x36 * x46 + x41 * x47);
-    const real x49 = K(35000.0) * (x43 - K(0.515278801843318)) + x48 + p->p_skyhook * x40;
-    const real x50 = x45 * x49;
-    const real x51 = x46 * x49;
-    const real x52 = x47 * x49;
-    const real x53 = x3 * x50 - x2 * x52;
-    const real x54 = x6 * x50;
-    const real x55 = x5 * x51;
-    const real x56 = x8 * x52;
+    const real tension_front_left = K(35000.0) * (length_front_left - K(0.515278801843318)) + x48 + p->p_skyhook * x40;
+    const real x50 = x45 * tension_front_left;
+    const real x51 = x46 * tension_front_left;
+    const real x52 = x47 * tension_front_left;
+    const real x53 = cos_pitch * x50 - sin_pitch * x52;
+    const real x54 = R_body_xy * x50;
+    const real x55 = cos_roll * x51;
+    const real x56 = R_body_zy * x52;
     const real x57 = x54 + x55 + x56;
-    const real x58 = x7 * x50;
-    const real x59 = x4 * x51;
-    const real x60 = x9 * x52;
+    const real x58 = R_body_xz * x50;
+    const real x59 = sin_roll * x51;
+    const real x60 = R_body_zz * x52;
     const real x61 = x58 - x59 + x60;
-    /* spring front_right */
+
+    /* Spring front_right */
     const real x62 = x10 - x11;
     const real x63 = x13 + x14;
     const real x64 = K(1.4) - x62;
-    const real x65 = q[4] - (x1 - x63);
-    const real x66 = x20 + x25;
-    const real x67 = x22 - (x26 + x27);
-    const real x68 = x3 * x66;
-    const real x69 = x7 * x67;
+    const real x65 = q[4] - (p_heaving_z - x63);
+    const real x66 = minus_v_pitching_x + x25;
+    const real x67 = v_body_z - (x26 + x27);
+    const real x68 = cos_pitch * x66;
+    const real x69 = R_body_xz * x67;
     const real x70 = x32 - x68 + x69;
-    const real x71 = x35 - x4 * x67;
-    const real x72 = x2 * x66;
-    const real x73 = x9 * x67;
+    const real x71 = x35 - sin_roll * x67;
+    const real x72 = sin_pitch * x66;
+    const real x73 = R_body_zz * x67;
     const real x74 = x38 + x72 + x73;
     const real x75 = v[4] - x74;
-    const real x76 = EG_SQRT(x42 + x64 * x64 + x65 * x65);
-    const real x77 = K(1.0) / x76;
+    const real length_front_right = EG_SQRT(x42 + x64 * x64 + x65 * x65);
+    const real x77 = K(1.0) / length_front_right;
     const real x78 = x64 * x77;
     const real x79 = x17 * x77;
     const real x80 = x65 * x77;
     const real x81 = p->p_damper_front * (x70 * x78 - x71 * x79 - x75 * x80);
-    const real x82 = K(35000.0) * (K(0.515278801843318) - x76) + x81 - p->p_skyhook * x74;
-    const real x83 = x78 * x82;
-    const real x84 = x79 * x82;
-    const real x85 = x80 * x82;
-    const real x86 = x3 * x83 - x2 * x85;
-    const real x87 = x6 * x83;
-    const real x88 = x5 * x84;
-    const real x89 = x8 * x85;
+    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x81
+        - p->p_skyhook * x74;
+    const real x83 = x78 * minus_tension_front_right;
+    const real x84 = x79 * minus_tension_front_right;
+    const real x85 = x80 * minus_tension_front_right;
+    const real x86 = cos_pitch * x83 - sin_pitch * x85;
+    const real x87 = R_body_xy * x83;
+    const real x88 = cos_roll * x84;
+    const real x89 = R_body_zy * x85;
     const real x90 = x87 - x88 + x89;
-    const real x91 = x7 * x83;
-    const real x92 = x4 * x84;
-    const real x93 = x9 * x85;
+    const real x91 = R_body_xz * x83;
+    const real x92 = sin_roll * x84;
+    const real x93 = R_body_zz * x85;
     const real x94 = x91 + x92 + x93;
     const real x95 = K(1.4) * x90 + K(0.75) * x86;
-    /* spring rear_left */
-    const real x96 = K(1.7) * x3;
+
+    /* Spring rear_left */
+    const real x96 = K(1.7) * cos_pitch;
     const real x97 = x11 - x96;
-    const real x98 = K(1.7) * x2;
+    const real x98 = K(1.7) * sin_pitch;
     const real x99 = x14 + x98;
     const real x100 = K(1.7) + x97;
-    const real x101 = q[5] - (x1 + x99);
-    const real x102 = K(1.7) * x23;
-    const real x103 = x21 + K(1.7) * x24;
-    const real x104 = x22 + (x26 + x102);
-    const real x105 = x6 * x103;
-    const real x106 = x7 * x104;
+    const real x101 = q[5] - (p_heaving_z + x99);
+    const real x102 = K(1.7) * omega_body_y;
+    const real x103 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x104 = v_body_z + (x26 + x102);
+    const real x105 = R_body_xy * x103;
+    const real x106 = R_body_xz * x104;
     const real x107 = x31 - x105 - x106;
-    const real x108 = x5 * x103;
-    const real x109 = x108 - x4 * x104;
-    const real x110 = x8 * x103;
-    const real x111 = x9 * x104;
+    const real x108 = cos_roll * x103;
+    const real x109 = x108 - sin_roll * x104;
+    const real x110 = R_body_zy * x103;
+    const real x111 = R_body_zz * x104;
     const real x112 = x37 + x110 + x111;
     const real x113 = v[5] - x112;
-    const real x114 = EG_SQRT(x42 + x100 * x100 + x101 * x101);
-    const real x115 = K(1.0) / x114;
+    const real length_rear_left = EG_SQRT(x42 + x100 * x100 + x101 * x101);
+    const real x115 = K(1.0) / length_rear_left;
     const real x116 = x100 * x115;
     const real x117 = x17 * x115;
     const real x118 = x101 * x115;
     const real x119 = p->p_damper_rear * (x107 * x116 + x109 * x117 - x113 * x118);
-    const real x120 = K(38000.0) * (x114 - K(0.48744057724957557)) - x119 + p->p_skyhook * x112;
-    const real x121 = x116 * x120;
-    const real x122 = x117 * x120;
-    const real x123 = x118 * x120;
-    const real x124 = x3 * x121 + x2 * x123;
-    const real x125 = x6 * x121;
-    const real x126 = x5 * x122;
-    const real x127 = x8 * x123;
+    const real tension_rear_left = K(38000.0) * (length_rear_left - K(0.48744057724957557)) - x119
+        + p->p_skyhook * x112;
+    const real x121 = x116 * tension_rear_left;
+    const real x122 = x117 * tension_rear_left;
+    const real x123 = x118 * tension_rear_left;
+    const real x124 = cos_pitch * x121 + sin_pitch * x123;
+    const real x125 = R_body_xy * x121;
+    const real x126 = cos_roll * x122;
+    const real x127 = R_body_zy * x123;
     const real x128 = x125 - x126 - x127;
-    const real x129 = x7 * x121;
-    const real x130 = x4 * x122;
-    const real x131 = x9 * x123;
+    const real x129 = R_body_xz * x121;
+    const real x130 = sin_roll * x122;
+    const real x131 = R_body_zz * x123;
     const real x132 = x129 + x130 - x131;
     const real x133 = K(1.4) * x57 - K(0.75) * x53 - x95;
-    /* spring rear_right */
+
+    /* Spring rear_right */
     const real x134 = x11 + x96;
     const real x135 = x14 - x98;
     const real x136 = K(1.7) - x134;
-    const real x137 = q[6] - (x1 - x135);
-    const real x138 = x22 - (x26 - x102);
-    const real x139 = x7 * x138;
+    const real x137 = q[6] - (p_heaving_z - x135);
+    const real x138 = v_body_z - (x26 - x102);
+    const real x139 = R_body_xz * x138;
     const real x140 = x68 - x105 - x139;
-    const real x141 = x108 - x4 * x138;
-    const real x142 = x9 * x138;
+    const real x141 = x108 - sin_roll * x138;
+    const real x142 = R_body_zz * x138;
     const real x143 = x72 + x110 + x142;
     const real x144 = v[6] - x143;
-    const real x145 = EG_SQRT(x42 + x136 * x136 + x137 * x137);
-    const real x146 = K(1.0) / x145;
+    const real length_rear_right = EG_SQRT(x42 + x136 * x136 + x137 * x137);
+    const real x146 = K(1.0) / length_rear_right;
     const real x147 = x136 * x146;
     const real x148 = x17 * x146;
     const real x149 = x137 * x146;
     const real x150 = p->p_damper_rear * (x140 * x147 - x141 * x148 - x144 * x149);
-    const real x151 = K(38000.0) * (K(0.48744057724957557) - x145) + x150 - p->p_skyhook * x143;
-    const real x152 = x147 * x151;
-    const real x153 = x148 * x151;
-    const real x154 = x149 * x151;
-    const real x155 = x3 * x152 + x2 * x154;
-    const real x156 = x6 * x152;
-    const real x157 = x5 * x153;
-    const real x158 = x8 * x154;
+    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x150
+        - p->p_skyhook * x143;
+    const real x152 = x147 * minus_tension_rear_right;
+    const real x153 = x148 * minus_tension_rear_right;
+    const real x154 = x149 * minus_tension_rear_right;
+    const real x155 = cos_pitch * x152 + sin_pitch * x154;
+    const real x156 = R_body_xy * x152;
+    const real x157 = cos_roll * x153;
+    const real x158 = R_body_zy * x154;
     const real x159 = x156 + x157 - x158;
-    const real x160 = x7 * x152;
-    const real x161 = x4 * x153;
-    const real x162 = x9 * x154;
+    const real x160 = R_body_xz * x152;
+    const real x161 = sin_roll * x153;
+    const real x162 = R_body_zz * x154;
     const real x163 = x160 - x161 - x162;
     const real x164 = K(1.4) * x61 - K(1.4) * x94 + K(1.7) * x132;
     const real x165 = x133 + (K(1.7) * x128 + K(0.75) * x124);
     const real x166 = x57 - x90 - x128 + x159;
     const real x167 = x61 - x94 - x132 + x163;
-    /* mass matrix, columns of joint pitch */
-    M[8] = K(2100.0) + (K(60.0) + x4 * (K(340.0) * x4));
-    /* acceleration of link body */
-    const real x168 = v[2] * x24;
-    const real x169 = v[2] * x23;
-    const real x170 = x23 * x23 + x24 * x24;
-    /* applied forces at joint roll */
-    const real x171 = x4 * (x164 - K(1.7) * x163);
-    const real x172 = x5 * (x165 - (K(1.7) * x159 - K(0.75) * x155));
-    const real x173 = x5 * x166;
-    const real x174 = x4 * x167;
-    /* applied forces at joint pitch */
-    const real x175 = x2 * (x4 * x166 + x5 * x167);
-    const real x176 = x3 * (x53 - x86 - x124 + x155);
-    /* acceleration of link body */
-    const real x177 = a[1] * x5;
-    const real x178 = a[1] * x4;
+
+    /* Mass matrix, columns of joint pitch */
+    M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
+    const real minus_alpha0_body_z = v[2] * omega_body_y;
+    const real x170 = omega_body_y * omega_body_y + minus_omega_body_z * minus_omega_body_z;
+
+    /* Applied forces at joint roll */
+    const real x171 = sin_roll * (x164 - K(1.7) * x163);
+    const real x172 = cos_roll * (x165 - (K(1.7) * x159 - K(0.75) * x155));
+    const real x173 = cos_roll * x166;
+    const real x174 = sin_roll * x167;
+
+    /* Applied forces at joint pitch */
+    const real x175 = sin_pitch * (sin_roll * x166 + cos_roll * x167);
+    const real x176 = cos_pitch * (x53 - x86 - x124 + x155);
+
+    /* Acceleration of link body */
+    const real x177 = a[1] * cos_roll;
+    const real x178 = a[1] * sin_roll;
     const real x179 = K(60.0) * v[2];
     const real x180 = K(400.0) * v[2];
-    /* partials, joint pitch */
-    const real x181 = K(2.0) * (x4 * (x5 * (x179 - x180)));
-    /* partials, joint roll */
-    const real x182 = K(2.0) * (x24 * (K(400.0) * x24) + x23 * (K(60.0) * x23));
+
+    /* Partials, joint pitch */
+    const real x181 = K(2.0) * (sin_roll * (cos_roll * (x179 - x180)));
+
+    /* Partials, joint roll */
+    const real x182 = K(2.0) * (minus_omega_body_z * (K(400.0) * minus_omega_body_z)
+        + omega_body_y * (K(60.0) * omega_body_y));
     const real x183 = K(400.0) * x170 + K(60.0) * x170 - x182;
-    const real x184 = K(60.0) * x178 + K(2.0) * (x23 * x179);
-    const real x185 = K(400.0) * x177 - K(2.0) * (x24 * x180);
-    const real x186 = x4 * (K(60.0) * (x168 + (x168 - x177)) + x185);
-    const real x187 = x5 * (K(400.0) * (x169 + (x169 + x178)) - x184) + x186;
-    const real x188 = x5 * (K(120.0) * x24) - x4 * (K(800.0) * x23);
-    const real x189 = x5 * (K(800.0) * x24) - x4 * (K(120.0) * x23);
-    /* partials of applied forces */
-    const real x190 = K(0.75) * x7;
-    const real x191 = K(0.75) * x4;
-    const real x192 = K(0.75) * x9;
-    const real x193 = x4 * x20;
-    const real x194 = x5 * x20;
-    const real x195 = K(0.75) * x23;
-    const real x196 = K(1.4) * x4;
-    const real x197 = K(1.4) * x5;
-    const real x198 = x22 - x27;
-    const real x199 = x3 * x19;
+    const real x184 = K(60.0) * x178 + K(2.0) * (omega_body_y * x179);
+    const real x185 = K(400.0) * x177 - K(2.0) * (minus_omega_body_z * x180);
+    const real x186 = sin_roll * (K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - x177)) + x185);
+    const real x187 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + x178)) - x184) + x186;
+    const real x188 = cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y);
+    const real x189 = cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y);
+
+    /* Partials of applied forces */
+    const real x190 = K(0.75) * R_body_xz;
+    const real x191 = K(0.75) * sin_roll;
+    const real x192 = K(0.75) * R_body_zz;
+    const real x193 = sin_roll * minus_v_pitching_x;
+    const real x194 = cos_roll * minus_v_pitching_x;
+    const real x195 = K(0.75) * omega_body_y;
+    const real x196 = K(1.4) * sin_roll;
+    const real x197 = K(1.4) * cos_roll;
+    const real x198 = v_body_z - x27;
+    const real x199 = cos_pitch * v_pitching_z;
     const real x200 = x37 - x199;
-    const real x201 = x3 * x191;
-    const real x202 = x3 * x195;
-    const real x203 = x6 * x193;
+    const real x201 = cos_pitch * x191;
+    const real x202 = cos_pitch * x195;
+    const real x203 = R_body_xy * x193;
     const real x204 = x38 - x203;
-    const real x205 = x7 * x29;
-    const real x206 = x205 + x6 * x198;
-    const real x207 = x6 * x196;
-    const real x208 = x7 * x194;
-    const real x209 = x7 * x197;
-    const real x210 = x3 * x2 - x6 * x8 - x7 * x9;
-    const real x211 = x4 * x29;
-    const real x212 = x211 - x5 * x198;
-    const real x213 = x5 * x8 - x4 * x9;
-    const real x214 = x5 * x193 - x4 * x194;
-    const real x215 = x5 * x196 - x4 * x197;
-    const real x216 = x2 * x19;
+    const real x205 = R_body_xz * x29;
+    const real x206 = x205 + R_body_xy * x198;
+    const real x207 = R_body_xy * x196;
+    const real x208 = R_body_xz * x194;
+    const real x209 = R_body_xz * x197;
+    const real x210 = cos_pitch * sin_pitch - R_body_xy * R_body_zy - R_body_xz * R_body_zz;
+    const real x211 = sin_roll * x29;
+    const real x212 = x211 - cos_roll * x198;
+    const real x213 = cos_roll * R_body_zy - sin_roll * R_body_zz;
+    const real x214 = cos_roll * x193 - sin_roll * x194;
+    const real x215 = cos_roll * x196 - sin_roll * x197;
+    const real x216 = sin_pitch * v_pitching_z;
     const real x217 = x31 + x216;
-    const real x218 = x2 * x191;
-    const real x219 = x2 * x195;
-    const real x220 = x8 * x193;
+    const real x218 = sin_pitch * x191;
+    const real x219 = sin_pitch * x195;
+    const real x220 = R_body_zy * x193;
     const real x221 = x32 + x220;
-    const real x222 = x9 * x29;
-    const real x223 = x222 + x8 * x198;
-    const real x224 = x8 * x196;
-    const real x225 = x9 * x194;
-    const real x226 = x9 * x197;
+    const real x222 = R_body_zz * x29;
+    const real x223 = x222 + R_body_zy * x198;
+    const real x224 = R_body_zy * x196;
+    const real x225 = R_body_zz * x194;
+    const real x226 = R_body_zz * x197;
     const real x227 = x217 - x221 - (x33 + x225);
-    const real x228 = x2 * x2 + x8 * x8 + x9 * x9;
+    const real x228 = sin_pitch * sin_pitch + R_body_zy * R_body_zy + R_body_zz * R_body_zz;
     const real x229 = x218 + x224 + x226;
-    const real x230 = x219 - x223 + (x222 + x8 * x30);
+    const real x230 = x219 - x223 + (x222 + R_body_zy * x30);
     const real x231 = K(2.0) * (x17 * x191);
-    const real x232 = K(0.5) / x43;
+    const real x232 = K(0.5) / length_front_left;
     const real x233 = (K(2.0) * (x15 * x16) + K(2.0) * (x12 * x18)) * x232;
     const real x234 = K(2.0) * (x16 * x190) - x231 + K(2.0) * (x18 * x192);
     const real x235 = x234 * x232;
@@ -1196,9 +1222,9 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     const real x247 = x44 - x18 * x240;
     const real x248 = x12 * x44 - x18 * x238;
     const real x249 = x44 * x192 - x18 * x239;
-    const real x250 = x45 * (x202 + x206 - (x205 + x6 * x30));
+    const real x250 = x45 * (x202 + x206 - (x205 + R_body_xy * x30));
     const real x251 = x45 * (x200 + x204 + (x39 - x208)) - x34 * x241;
-    const real x252 = x46 * (x212 - (x211 - x5 * x30)) - x36 * x244;
+    const real x252 = x46 * (x212 - (x211 - cos_roll * x30)) - x36 * x244;
     const real x253 = x251 - (x46 * x214 + x36 * x245);
     const real x254 = x45 * (x201 - x207 - x209) - x46 * x215;
     const real x255 = x47 * x230 - x41 * x249;
@@ -1216,25 +1242,25 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     const real x267 = p->p_damper_front * (x254 - x47 * x229) + p->p_skyhook * x229;
     const real x268 = p->p_damper_front * (x45 * x190 - x46 * x191 + x47 * x192);
     const real x269 = x268 - x262;
-    const real x270 = x49 * x241 + x45 * x263;
-    const real x271 = x49 * x242 + x45 * x264;
-    const real x272 = x49 * x243 - x45 * x260;
+    const real x270 = tension_front_left * x241 + x45 * x263;
+    const real x271 = tension_front_left * x242 + x45 * x264;
+    const real x272 = tension_front_left * x243 - x45 * x260;
     const real x273 = x45 * x266;
     const real x274 = x45 * x267;
     const real x275 = x45 * x269;
     const real x276 = x45 * x256;
-    const real x277 = x49 * x244 - x46 * x264;
-    const real x278 = x49 * x245 - x46 * x263;
-    const real x279 = x49 * x246 - x46 * x260;
+    const real x277 = tension_front_left * x244 - x46 * x264;
+    const real x278 = tension_front_left * x245 - x46 * x263;
+    const real x279 = tension_front_left * x246 - x46 * x260;
     const real x280 = x46 * x266;
     const real x281 = x46 * x267;
     const real x282 = x46 * x269;
     const real x283 = x46 * x256;
-    const real x284 = x49 * x247 + x47 * x260;
+    const real x284 = tension_front_left * x247 + x47 * x260;
     K[21] = -x284;
-    const real x285 = x49 * x248 + x47 * x263;
+    const real x285 = tension_front_left * x248 + x47 * x263;
     K[22] = x285;
-    const real x286 = x49 * x249 + x47 * x264;
+    const real x286 = tension_front_left * x249 + x47 * x264;
     K[23] = -x286;
     const real x287 = x47 * x266;
     C[21] = x287;
@@ -1244,32 +1270,32 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     C[23] = -x289;
     const real x290 = x47 * x256;
     C[24] = x290;
-    const real x291 = x3 * x52 + x2 * x285;
-    const real x292 = x2 * x50 - x3 * x270 + x291;
-    const real x293 = x3 * x271 - x2 * x286;
-    const real x294 = x3 * x272 + x2 * x284;
-    const real x295 = x3 * x273 - x2 * x287;
-    const real x296 = x3 * x274 - x2 * x288;
-    const real x297 = x3 * x275 - x2 * x289;
-    const real x298 = x3 * x276 - x2 * x290;
-    const real x299 = x8 * x50 + x6 * x270 - x5 * x278;
-    const real x300 = x299 - (x6 * x52 - x8 * x285);
-    const real x301 = x58 - x6 * x271 - (x59 - x5 * x277);
-    const real x302 = x301 + (x60 - x8 * x286);
-    const real x303 = x6 * x272 + x5 * x279 - x8 * x284;
-    const real x304 = x6 * x273 + x5 * x280 + x8 * x287;
-    const real x305 = x6 * x274 + x5 * x281 + x8 * x288;
-    const real x306 = x6 * x275 + x5 * x282 + x8 * x289;
-    const real x307 = x6 * x276 + x5 * x283 + x8 * x290;
-    const real x308 = x9 * x50 + x7 * x270 + x4 * x278;
-    const real x309 = x308 - (x7 * x52 - x9 * x285);
-    const real x310 = x54 + x7 * x271 + (x55 + x4 * x277);
-    const real x311 = x310 + (x56 + x9 * x286);
-    const real x312 = x7 * x272 - x4 * x279 - x9 * x284;
-    const real x313 = x7 * x273 - x4 * x280 + x9 * x287;
-    const real x314 = x7 * x274 - x4 * x281 + x9 * x288;
-    const real x315 = x7 * x275 - x4 * x282 + x9 * x289;
-    const real x316 = x7 * x276 - x4 * x283 + x9 * x290;
+    const real x291 = cos_pitch * x52 + sin_pitch * x285;
+    const real x292 = sin_pitch * x50 - cos_pitch * x270 + x291;
+    const real x293 = cos_pitch * x271 - sin_pitch * x286;
+    const real x294 = cos_pitch * x272 + sin_pitch * x284;
+    const real x295 = cos_pitch * x273 - sin_pitch * x287;
+    const real x296 = cos_pitch * x274 - sin_pitch * x288;
+    const real x297 = cos_pitch * x275 - sin_pitch * x289;
+    const real x298 = cos_pitch * x276 - sin_pitch * x290;
+    const real x299 = R_body_zy * x50 + R_body_xy * x270 - cos_roll * x278;
+    const real x300 = x299 - (R_body_xy * x52 - R_body_zy * x285);
+    const real x301 = x58 - R_body_xy * x271 - (x59 - cos_roll * x277);
+    const real x302 = x301 + (x60 - R_body_zy * x286);
+    const real x303 = R_body_xy * x272 + cos_roll * x279 - R_body_zy * x284;
+    const real x304 = R_body_xy * x273 + cos_roll * x280 + R_body_zy * x287;
+    const real x305 = R_body_xy * x274 + cos_roll * x281 + R_body_zy * x288;
+    const real x306 = R_body_xy * x275 + cos_roll * x282 + R_body_zy * x289;
+    const real x307 = R_body_xy * x276 + cos_roll * x283 + R_body_zy * x290;
+    const real x308 = R_body_zz * x50 + R_body_xz * x270 + sin_roll * x278;
+    const real x309 = x308 - (R_body_xz * x52 - R_body_zz * x285);
+    const real x310 = x54 + R_body_xz * x271 + (x55 + sin_roll * x277);
+    const real x311 = x310 + (x56 + R_body_zz * x286);
+    const real x312 = R_body_xz * x272 - sin_roll * x279 - R_body_zz * x284;
+    const real x313 = R_body_xz * x273 - sin_roll * x280 + R_body_zz * x287;
+    const real x314 = R_body_xz * x274 - sin_roll * x281 + R_body_zz * x288;
+    const real x315 = R_body_xz * x275 - sin_roll * x282 + R_body_zz * x289;
+    const real x316 = R_body_xz * x276 - sin_roll * x283 + R_body_zz * x290;
     const real x317 = K(0.75) * x309;
     const real x318 = K(0.75) * x311;
     const real x319 = K(0.75) * x312;
@@ -1295,9 +1321,9 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     const real x337 = x72 - x199;
     const real x338 = x68 + x216;
     const real x339 = x221 - x338 + (x69 + x225);
-    const real x340 = x219 + x223 - (x222 + x8 * x67);
+    const real x340 = x219 + x223 - (x222 + R_body_zy * x67);
     const real x341 = x226 - (x218 - x224);
-    const real x342 = K(0.5) / x76;
+    const real x342 = K(0.5) / length_front_right;
     const real x343 = x231 + K(2.0) * (x64 * x190) + K(2.0) * (x65 * x192);
     const real x344 = x343 * x342;
     const real x345 = (K(2.0) * (x63 * x64) + K(2.0) * (x62 * x65)) * x342;
@@ -1315,9 +1341,9 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     const real x357 = x77 - x65 * x350;
     const real x358 = x62 * x77 - x65 * x349;
     const real x359 = x77 * x192 - x65 * x348;
-    const real x360 = x78 * (x202 - x206 + (x205 + x6 * x67));
+    const real x360 = x78 * (x202 - x206 + (x205 + R_body_xy * x67));
     const real x361 = x78 * (x204 + x337 + (x73 - x208)) + x70 * x351;
-    const real x362 = x79 * (x212 - (x211 - x5 * x67)) - x71 * x354;
+    const real x362 = x79 * (x212 - (x211 - cos_roll * x67)) - x71 * x354;
     const real x363 = x361 + (x79 * x214 + x71 * x355);
     const real x364 = x80 * x340 - x75 * x359;
     const real x365 = x78 * (x209 + (x201 + x207)) - x79 * x215;
@@ -1333,25 +1359,25 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     const real x375 = p->p_damper_front * (x365 + x80 * x341) - p->p_skyhook * x341;
     const real x376 = p->p_damper_front * (x78 * x190 + x79 * x191 + x80 * x192);
     const real x377 = x262 - x376;
-    const real x378 = x82 * x351 - x78 * x372;
-    const real x379 = x82 * x352 - x78 * x371;
-    const real x380 = x82 * x353 + x78 * x370;
+    const real x378 = minus_tension_front_right * x351 - x78 * x372;
+    const real x379 = minus_tension_front_right * x352 - x78 * x371;
+    const real x380 = minus_tension_front_right * x353 + x78 * x370;
     const real x381 = x78 * x374;
     const real x382 = x78 * x375;
     const real x383 = x78 * x377;
     const real x384 = x78 * x366;
-    const real x385 = x82 * x354 - x79 * x371;
-    const real x386 = x82 * x355 + x79 * x372;
-    const real x387 = x82 * x356 + x79 * x370;
+    const real x385 = minus_tension_front_right * x354 - x79 * x371;
+    const real x386 = minus_tension_front_right * x355 + x79 * x372;
+    const real x387 = minus_tension_front_right * x356 + x79 * x370;
     const real x388 = x79 * x374;
     const real x389 = x79 * x375;
     const real x390 = x79 * x377;
     const real x391 = x79 * x366;
-    const real x392 = x82 * x357 - x80 * x370;
+    const real x392 = minus_tension_front_right * x357 - x80 * x370;
     K[28] = x392;
-    const real x393 = x82 * x358 - x80 * x372;
+    const real x393 = minus_tension_front_right * x358 - x80 * x372;
     K[29] = -x393;
-    const real x394 = x82 * x359 - x80 * x371;
+    const real x394 = minus_tension_front_right * x359 - x80 * x371;
     K[30] = -x394;
     const real x395 = x80 * x374;
     C[28] = x395;
@@ -1361,39 +1387,39 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     C[30] = -x397;
     const real x398 = x80 * x366;
     C[32] = x398;
-    const real x399 = x3 * x85 + x2 * x393;
-    const real x400 = x2 * x83 - x3 * x378 + x399;
-    const real x401 = x3 * x379 - x2 * x394;
-    const real x402 = x3 * x380 + x2 * x392;
-    const real x403 = x3 * x381 - x2 * x395;
-    const real x404 = x3 * x382 - x2 * x396;
-    const real x405 = x3 * x383 - x2 * x397;
-    const real x406 = x3 * x384 - x2 * x398;
-    const real x407 = x8 * x83 + x6 * x378 + x5 * x386;
-    const real x408 = x407 - (x6 * x85 - x8 * x393);
-    const real x409 = x91 + x6 * x379 + (x92 - x5 * x385);
-    const real x410 = x409 + (x93 + x8 * x394);
-    const real x411 = x6 * x380 - x5 * x387 - x8 * x392;
-    const real x412 = x6 * x381 - x5 * x388 + x8 * x395;
-    const real x413 = x6 * x382 - x5 * x389 + x8 * x396;
-    const real x414 = x6 * x383 - x5 * x390 + x8 * x397;
-    const real x415 = x6 * x384 - x5 * x391 + x8 * x398;
-    const real x416 = x9 * x83 + x7 * x378;
-    const real x417 = x87 - x7 * x379;
-    const real x418 = x7 * x380;
-    const real x419 = x7 * x381;
-    const real x420 = x7 * x382;
-    const real x421 = x7 * x383;
-    w[0] = x3;
-    w[1] = x2;
-    w[2] = x5;
-    w[3] = x4;
-    w[4] = x6;
-    w[5] = x7;
-    w[6] = x8;
-    w[7] = x9;
+    const real x399 = cos_pitch * x85 + sin_pitch * x393;
+    const real x400 = sin_pitch * x83 - cos_pitch * x378 + x399;
+    const real x401 = cos_pitch * x379 - sin_pitch * x394;
+    const real x402 = cos_pitch * x380 + sin_pitch * x392;
+    const real x403 = cos_pitch * x381 - sin_pitch * x395;
+    const real x404 = cos_pitch * x382 - sin_pitch * x396;
+    const real x405 = cos_pitch * x383 - sin_pitch * x397;
+    const real x406 = cos_pitch * x384 - sin_pitch * x398;
+    const real x407 = R_body_zy * x83 + R_body_xy * x378 + cos_roll * x386;
+    const real x408 = x407 - (R_body_xy * x85 - R_body_zy * x393);
+    const real x409 = x91 + R_body_xy * x379 + (x92 - cos_roll * x385);
+    const real x410 = x409 + (x93 + R_body_zy * x394);
+    const real x411 = R_body_xy * x380 - cos_roll * x387 - R_body_zy * x392;
+    const real x412 = R_body_xy * x381 - cos_roll * x388 + R_body_zy * x395;
+    const real x413 = R_body_xy * x382 - cos_roll * x389 + R_body_zy * x396;
+    const real x414 = R_body_xy * x383 - cos_roll * x390 + R_body_zy * x397;
+    const real x415 = R_body_xy * x384 - cos_roll * x391 + R_body_zy * x398;
+    const real x416 = R_body_zz * x83 + R_body_xz * x378;
+    const real x417 = x87 - R_body_xz * x379;
+    const real x418 = R_body_xz * x380;
+    const real x419 = R_body_xz * x381;
+    const real x420 = R_body_xz * x382;
+    const real x421 = R_body_xz * x383;
+    w[0] = cos_pitch;
+    w[1] = sin_pitch;
+    w[2] = cos_roll;
+    w[3] = sin_roll;
+    w[4] = R_body_xy;
+    w[5] = R_body_xz;
+    w[6] = R_body_zy;
+    w[7] = R_body_zz;
     w[8] = x17;
-    w[9] = x22;
+    w[9] = v_body_z;
     w[10] = x85;
     w[11] = x88;
     w[12] = x89;
@@ -1411,12 +1437,12 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     w[24] = x110;
     w[25] = x111;
     w[26] = x113;
-    w[27] = x114;
+    w[27] = length_rear_left;
     w[28] = x115;
     w[29] = x116;
     w[30] = x117;
     w[31] = x118;
-    w[32] = x120;
+    w[32] = tension_rear_left;
     w[33] = x121;
     w[34] = x123;
     w[35] = x125;
@@ -1435,12 +1461,12 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
     w[48] = x141;
     w[49] = x142;
     w[50] = x144;
-    w[51] = x145;
+    w[51] = length_rear_right;
     w[52] = x146;
     w[53] = x147;
     w[54] = x148;
     w[55] = x149;
-    w[56] = x151;
+    w[56] = minus_tension_rear_right;
     w[57] = x152;
     w[58] = x154;
     w[59] = x156;
@@ -1564,7 +1590,7 @@ static void active_vehicle_partials_part1(const active_vehicle_parameters *p, co
 static void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
     real *restrict C)
 {
-    /* partials of applied forces */
+    /* Partials of applied forces */
     const real x422 = w[169] - w[3] * w[142] - (w[5] * w[10] - w[7] * w[149]);
     const real x423 = w[170] - (w[11] + w[3] * w[141]) + (w[12] - w[7] * w[150]);
     const real x424 = w[171] + w[3] * w[143] - w[7] * w[148];
@@ -1881,9 +1907,12 @@ void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real
     M[32] = K(59.0);
     M[40] = K(59.0);
     M[48] = K(59.0);
-    const real x1 = EG_SIN(q[2]);
-    /* mass matrix, columns of joint pitch */
-    M[8] = K(2100.0) + (K(60.0) + x1 * (K(340.0) * x1));
+
+    /* Rotation of link body */
+    const real sin_roll = EG_SIN(q[2]);
+
+    /* Mass matrix, columns of joint pitch */
+    M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
 }
 
 void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, const real *v, real *restrict h)
@@ -1894,169 +1923,195 @@ void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, 
     h[4] = K(0.0);
     h[5] = K(0.0);
     h[6] = K(0.0);
-    real x1, x2;
-    EG_SINCOS(q[2], &x1, &x2);
-    /* twist of link body */
-    const real x3 = v[1] * x2;
-    const real x4 = v[1] * x1;
-    /* acceleration of link body */
-    const real x5 = x3 * x4;
-    /* inertia forces of link body */
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Twist of link body */
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real x5 = omega_body_y * minus_omega_body_z;
+
+    /* Inertia forces of link body */
     h[2] = -(K(400.0) * x5 - K(60.0) * x5);
-    /* nonlinear coupling at joint roll */
-    const real x6 = x1 * (K(800.0) * (v[2] * x3));
-    h[1] = -(x2 * (K(120.0) * (v[2] * x4)) - x6);
+
+    /* Nonlinear coupling at joint roll */
+    const real x6 = sin_roll * (K(800.0) * (v[2] * omega_body_y));
+    h[1] = -(cos_roll * (K(120.0) * (v[2] * minus_omega_body_z)) - x6);
 }
 
 void active_vehicle_force(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u,
     real *restrict Q)
 {
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
-    const real x12 = K(1.4) * x2;
-    const real x13 = K(0.75) * x8;
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
+    const real x12 = K(1.4) * sin_pitch;
+    const real x13 = K(0.75) * R_body_zy;
     const real x14 = K(1.4) - (x10 + x11);
-    const real x15 = K(0.75) - K(0.75) * x5;
-    const real x16 = q[3] - (x1 - (x12 - x13));
-    /* twist of link pitching */
-    const real x17 = v[0] * x3;
-    const real x18 = v[0] * x2;
-    /* twist of link body */
-    const real x19 = x4 * x17;
-    const real x20 = x5 * x17;
-    const real x21 = v[1] * x5;
-    const real x22 = v[1] * x4;
-    /* spring front_left */
-    const real x23 = K(0.75) * x22;
+    const real x15 = K(0.75) - K(0.75) * cos_roll;
+    const real x16 = q[3] - (p_heaving_z - (x12 - x13));
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x23 = K(0.75) * minus_omega_body_z;
     const real x24 = K(0.75) * v[2];
-    const real x25 = K(1.4) * x21;
-    const real x26 = x18 - x23;
-    const real x27 = x19 - K(1.4) * x22;
-    const real x28 = x20 + (x24 - x25);
-    const real x29 = x3 * x26;
-    const real x30 = x6 * x27;
-    const real x31 = x5 * x27;
-    const real x32 = x2 * x26;
-    const real x33 = x8 * x27;
-    const real x34 = x32 + x33 + x9 * x28;
+    const real x25 = K(1.4) * omega_body_y;
+    const real x26 = minus_v_pitching_x - x23;
+    const real x27 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x28 = v_body_z + (x24 - x25);
+    const real x29 = cos_pitch * x26;
+    const real x30 = R_body_xy * x27;
+    const real x31 = cos_roll * x27;
+    const real x32 = sin_pitch * x26;
+    const real x33 = R_body_zy * x27;
+    const real x34 = x32 + x33 + R_body_zz * x28;
     const real x35 = x15 * x15;
-    const real x36 = EG_SQRT(x14 * x14 + x35 + x16 * x16);
-    const real x37 = K(1.0) / x36;
+    const real length_front_left = EG_SQRT(x14 * x14 + x35 + x16 * x16);
+    const real x37 = K(1.0) / length_front_left;
     const real x38 = x14 * x37;
     const real x39 = x15 * x37;
     const real x40 = x16 * x37;
-    const real x41 = (x29 - x30 - x7 * x28) * x38;
-    const real x42 = x41 - (x31 - x4 * x28) * x39;
+    const real x41 = (x29 - x30 - R_body_xz * x28) * x38;
+    const real x42 = x41 - (x31 - sin_roll * x28) * x39;
     const real x43 = p->p_damper_front * (x42 + (v[3] - x34) * x40);
-    const real x44 = K(35000.0) * (x36 - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
-    const real x45 = x38 * x44;
-    const real x46 = x39 * x44;
-    const real x47 = x40 * x44;
-    const real x48 = x3 * x45 - x2 * x47;
-    const real x49 = x6 * x45 + x5 * x46 + x8 * x47;
-    const real x50 = x7 * x45 - x4 * x46 + x9 * x47;
-    /* spring front_right */
+    const real tension_front_left = K(35000.0) * (length_front_left - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
+    const real x45 = x38 * tension_front_left;
+    const real x46 = x39 * tension_front_left;
+    const real x47 = x40 * tension_front_left;
+    const real x48 = cos_pitch * x45 - sin_pitch * x47;
+    const real x49 = R_body_xy * x45 + cos_roll * x46 + R_body_zy * x47;
+    const real x50 = R_body_xz * x45 - sin_roll * x46 + R_body_zz * x47;
+
+    /* Spring front_right */
     const real x51 = K(1.4) - (x10 - x11);
-    const real x52 = q[4] - (x1 - (x12 + x13));
-    const real x53 = x18 + x23;
-    const real x54 = x20 - (x24 + x25);
-    const real x55 = x3 * x53;
-    const real x56 = x2 * x53;
-    const real x57 = x33 + x56 + x9 * x54;
-    const real x58 = EG_SQRT(x35 + x51 * x51 + x52 * x52);
-    const real x59 = K(1.0) / x58;
+    const real x52 = q[4] - (p_heaving_z - (x12 + x13));
+    const real x53 = minus_v_pitching_x + x23;
+    const real x54 = v_body_z - (x24 + x25);
+    const real x55 = cos_pitch * x53;
+    const real x56 = sin_pitch * x53;
+    const real x57 = x33 + x56 + R_body_zz * x54;
+    const real length_front_right = EG_SQRT(x35 + x51 * x51 + x52 * x52);
+    const real x59 = K(1.0) / length_front_right;
     const real x60 = x51 * x59;
     const real x61 = x15 * x59;
     const real x62 = x52 * x59;
-    const real x63 = (x30 - x55 + x7 * x54) * x60;
-    const real x64 = x63 - (x31 - x4 * x54) * x61;
+    const real x63 = (x30 - x55 + R_body_xz * x54) * x60;
+    const real x64 = x63 - (x31 - sin_roll * x54) * x61;
     const real x65 = p->p_damper_front * (x64 - (v[4] - x57) * x62);
-    const real x66 = K(35000.0) * (K(0.515278801843318) - x58) + x65 - p->p_skyhook * x57;
-    const real x67 = x60 * x66;
-    const real x68 = x61 * x66;
-    const real x69 = x62 * x66;
-    const real x70 = x3 * x67 - x2 * x69;
-    const real x71 = x6 * x67 - x5 * x68 + x8 * x69;
-    const real x72 = x7 * x67 + x4 * x68 + x9 * x69;
+    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
+        - p->p_skyhook * x57;
+    const real x67 = x60 * minus_tension_front_right;
+    const real x68 = x61 * minus_tension_front_right;
+    const real x69 = x62 * minus_tension_front_right;
+    const real x70 = cos_pitch * x67 - sin_pitch * x69;
+    const real x71 = R_body_xy * x67 - cos_roll * x68 + R_body_zy * x69;
+    const real x72 = R_body_xz * x67 + sin_roll * x68 + R_body_zz * x69;
     const real x73 = K(1.4) * x71 + K(0.75) * x70;
-    /* spring rear_left */
-    const real x74 = K(1.7) * x3;
-    const real x75 = K(1.7) * x2;
+
+    /* Spring rear_left */
+    const real x74 = K(1.7) * cos_pitch;
+    const real x75 = K(1.7) * sin_pitch;
     const real x76 = K(1.7) + (x11 - x74);
-    const real x77 = q[5] - (x1 + (x13 + x75));
-    const real x78 = K(1.7) * x21;
-    const real x79 = x19 + K(1.7) * x22;
-    const real x80 = x20 + (x24 + x78);
-    const real x81 = x6 * x79;
-    const real x82 = x5 * x79;
-    const real x83 = x8 * x79;
-    const real x84 = x32 + x83 + x9 * x80;
-    const real x85 = EG_SQRT(x35 + x76 * x76 + x77 * x77);
-    const real x86 = K(1.0) / x85;
+    const real x77 = q[5] - (p_heaving_z + (x13 + x75));
+    const real x78 = K(1.7) * omega_body_y;
+    const real x79 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x80 = v_body_z + (x24 + x78);
+    const real x81 = R_body_xy * x79;
+    const real x82 = cos_roll * x79;
+    const real x83 = R_body_zy * x79;
+    const real x84 = x32 + x83 + R_body_zz * x80;
+    const real length_rear_left = EG_SQRT(x35 + x76 * x76 + x77 * x77);
+    const real x86 = K(1.0) / length_rear_left;
     const real x87 = x76 * x86;
     const real x88 = x15 * x86;
     const real x89 = x77 * x86;
-    const real x90 = (x29 - x81 - x7 * x80) * x87;
-    const real x91 = x90 + (x82 - x4 * x80) * x88;
+    const real x90 = (x29 - x81 - R_body_xz * x80) * x87;
+    const real x91 = x90 + (x82 - sin_roll * x80) * x88;
     const real x92 = p->p_damper_rear * (x91 - (v[5] - x84) * x89);
-    const real x93 = K(38000.0) * (x85 - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
-    const real x94 = x87 * x93;
-    const real x95 = x88 * x93;
-    const real x96 = x89 * x93;
-    const real x97 = x3 * x94 + x2 * x96;
-    const real x98 = x6 * x94 - x5 * x95 - x8 * x96;
-    const real x99 = x7 * x94 + x4 * x95 - x9 * x96;
+    const real tension_rear_left = K(38000.0) * (length_rear_left - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
+    const real x94 = x87 * tension_rear_left;
+    const real x95 = x88 * tension_rear_left;
+    const real x96 = x89 * tension_rear_left;
+    const real x97 = cos_pitch * x94 + sin_pitch * x96;
+    const real x98 = R_body_xy * x94 - cos_roll * x95 - R_body_zy * x96;
+    const real x99 = R_body_xz * x94 + sin_roll * x95 - R_body_zz * x96;
     const real x100 = K(1.4) * x49 - K(0.75) * x48 - x73;
-    /* spring rear_right */
+
+    /* Spring rear_right */
     const real x101 = K(1.7) - (x11 + x74);
-    const real x102 = q[6] - (x1 - (x13 - x75));
-    const real x103 = x20 - (x24 - x78);
-    const real x104 = x56 + x83 + x9 * x103;
-    const real x105 = EG_SQRT(x35 + x101 * x101 + x102 * x102);
-    const real x106 = K(1.0) / x105;
+    const real x102 = q[6] - (p_heaving_z - (x13 - x75));
+    const real x103 = v_body_z - (x24 - x78);
+    const real x104 = x56 + x83 + R_body_zz * x103;
+    const real length_rear_right = EG_SQRT(x35 + x101 * x101 + x102 * x102);
+    const real x106 = K(1.0) / length_rear_right;
     const real x107 = x101 * x106;
     const real x108 = x15 * x106;
     const real x109 = x102 * x106;
-    const real x110 = (x55 - x81 - x7 * x103) * x107;
-    const real x111 = x110 - (x82 - x4 * x103) * x108;
+    const real x110 = (x55 - x81 - R_body_xz * x103) * x107;
+    const real x111 = x110 - (x82 - sin_roll * x103) * x108;
     const real x112 = p->p_damper_rear * (x111 - (v[6] - x104) * x109);
-    const real x113 = K(38000.0) * (K(0.48744057724957557) - x105) + x112 - p->p_skyhook * x104;
-    const real x114 = x107 * x113;
-    const real x115 = x108 * x113;
-    const real x116 = x109 * x113;
-    const real x117 = x3 * x114 + x2 * x116;
-    const real x118 = x6 * x114 + x5 * x115 - x8 * x116;
-    const real x119 = x7 * x114 - x4 * x115 - x9 * x116;
+    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
+        - p->p_skyhook * x104;
+    const real x114 = x107 * minus_tension_rear_right;
+    const real x115 = x108 * minus_tension_rear_right;
+    const real x116 = x109 * minus_tension_rear_right;
+    const real x117 = cos_pitch * x114 + sin_pitch * x116;
+    const real x118 = R_body_xy * x114 + cos_roll * x115 - R_body_zy * x116;
+    const real x119 = R_body_xz * x114 - sin_roll * x115 - R_body_zz * x116;
     const real x120 = K(0.75) * x50 + K(0.75) * x72 - K(0.75) * x99;
     Q[2] = x120 - K(0.75) * x119;
     const real x121 = K(1.4) * x50 - K(1.4) * x72 + K(1.7) * x99;
     const real x122 = x100 + (K(1.7) * x98 + K(0.75) * x97);
-    /* effort front_left */
+
+    /* Effort front_left */
     const real x123 = K(2.0) * t;
     const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
-    /* effort front_right */
+
+    /* Effort front_right */
     const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
     const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
-    /* effort rear_right */
+
+    /* Effort rear_right */
     const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
-    /* applied forces at joint roll */
-    const real x128 = x4 * (x122 - (K(1.7) * x118 - K(0.75) * x117));
-    Q[1] = -(x5 * (x121 - K(1.7) * x119) + x128);
-    const real x129 = x5 * (x50 - x72 - x99 + x119);
-    /* applied forces at joint pitch */
-    const real x130 = x3 * (x4 * (x49 - x71 - x98 + x118) + x129);
-    Q[0] = -(K(14715.0) - (x130 - x2 * (x48 - x70 - x97 + x117)));
+
+    /* Applied forces at joint roll */
+    const real x128 = sin_roll * (x122 - (K(1.7) * x118 - K(0.75) * x117));
+    Q[1] = -(cos_roll * (x121 - K(1.7) * x119) + x128);
+    const real x129 = cos_roll * (x50 - x72 - x99 + x119);
+
+    /* Applied forces at joint pitch */
+    const real x130 = cos_pitch * (sin_roll * (x49 - x71 - x98 + x118) + x129);
+    Q[0] = -(K(14715.0) - (x130 - sin_pitch * (x48 - x70 - x97 + x117)));
     const real x131 = x47 + (K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124);
     Q[3] = -(K(578.7900000000001) + x131);
     Q[4] = -(K(578.7900000000001) - (x69 - (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126)));
@@ -2068,162 +2123,185 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
 void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
     const real *a, const real *u, real *restrict tau)
 {
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
-    const real x12 = K(1.4) * x2;
-    const real x13 = K(0.75) * x8;
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
+    const real x12 = K(1.4) * sin_pitch;
+    const real x13 = K(0.75) * R_body_zy;
     const real x14 = K(1.4) - (x10 + x11);
-    const real x15 = K(0.75) - K(0.75) * x5;
-    const real x16 = q[3] - (x1 - (x12 - x13));
-    /* twist of link pitching */
-    const real x17 = v[0] * x3;
-    const real x18 = v[0] * x2;
-    /* twist of link body */
-    const real x19 = x4 * x17;
-    const real x20 = x5 * x17;
-    const real x21 = v[1] * x5;
-    const real x22 = v[1] * x4;
-    /* spring front_left */
-    const real x23 = K(0.75) * x22;
+    const real x15 = K(0.75) - K(0.75) * cos_roll;
+    const real x16 = q[3] - (p_heaving_z - (x12 - x13));
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x23 = K(0.75) * minus_omega_body_z;
     const real x24 = K(0.75) * v[2];
-    const real x25 = K(1.4) * x21;
-    const real x26 = x18 - x23;
-    const real x27 = x19 - K(1.4) * x22;
-    const real x28 = x20 + (x24 - x25);
-    const real x29 = x3 * x26;
-    const real x30 = x6 * x27;
-    const real x31 = x5 * x27;
-    const real x32 = x2 * x26;
-    const real x33 = x8 * x27;
-    const real x34 = x32 + x33 + x9 * x28;
+    const real x25 = K(1.4) * omega_body_y;
+    const real x26 = minus_v_pitching_x - x23;
+    const real x27 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x28 = v_body_z + (x24 - x25);
+    const real x29 = cos_pitch * x26;
+    const real x30 = R_body_xy * x27;
+    const real x31 = cos_roll * x27;
+    const real x32 = sin_pitch * x26;
+    const real x33 = R_body_zy * x27;
+    const real x34 = x32 + x33 + R_body_zz * x28;
     const real x35 = x15 * x15;
-    const real x36 = EG_SQRT(x14 * x14 + x35 + x16 * x16);
-    const real x37 = K(1.0) / x36;
+    const real length_front_left = EG_SQRT(x14 * x14 + x35 + x16 * x16);
+    const real x37 = K(1.0) / length_front_left;
     const real x38 = x14 * x37;
     const real x39 = x15 * x37;
     const real x40 = x16 * x37;
-    const real x41 = (x29 - x30 - x7 * x28) * x38;
-    const real x42 = x41 - (x31 - x4 * x28) * x39;
+    const real x41 = (x29 - x30 - R_body_xz * x28) * x38;
+    const real x42 = x41 - (x31 - sin_roll * x28) * x39;
     const real x43 = p->p_damper_front * (x42 + (v[3] - x34) * x40);
-    const real x44 = K(35000.0) * (x36 - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
-    const real x45 = x38 * x44;
-    const real x46 = x39 * x44;
-    const real x47 = x40 * x44;
-    const real x48 = x3 * x45 - x2 * x47;
-    const real x49 = x6 * x45 + x5 * x46 + x8 * x47;
-    const real x50 = x7 * x45 - x4 * x46 + x9 * x47;
-    /* spring front_right */
+    const real tension_front_left = K(35000.0) * (length_front_left - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
+    const real x45 = x38 * tension_front_left;
+    const real x46 = x39 * tension_front_left;
+    const real x47 = x40 * tension_front_left;
+    const real x48 = cos_pitch * x45 - sin_pitch * x47;
+    const real x49 = R_body_xy * x45 + cos_roll * x46 + R_body_zy * x47;
+    const real x50 = R_body_xz * x45 - sin_roll * x46 + R_body_zz * x47;
+
+    /* Spring front_right */
     const real x51 = K(1.4) - (x10 - x11);
-    const real x52 = q[4] - (x1 - (x12 + x13));
-    const real x53 = x18 + x23;
-    const real x54 = x20 - (x24 + x25);
-    const real x55 = x3 * x53;
-    const real x56 = x2 * x53;
-    const real x57 = x33 + x56 + x9 * x54;
-    const real x58 = EG_SQRT(x35 + x51 * x51 + x52 * x52);
-    const real x59 = K(1.0) / x58;
+    const real x52 = q[4] - (p_heaving_z - (x12 + x13));
+    const real x53 = minus_v_pitching_x + x23;
+    const real x54 = v_body_z - (x24 + x25);
+    const real x55 = cos_pitch * x53;
+    const real x56 = sin_pitch * x53;
+    const real x57 = x33 + x56 + R_body_zz * x54;
+    const real length_front_right = EG_SQRT(x35 + x51 * x51 + x52 * x52);
+    const real x59 = K(1.0) / length_front_right;
     const real x60 = x51 * x59;
     const real x61 = x15 * x59;
     const real x62 = x52 * x59;
-    const real x63 = (x30 - x55 + x7 * x54) * x60;
-    const real x64 = x63 - (x31 - x4 * x54) * x61;
+    const real x63 = (x30 - x55 + R_body_xz * x54) * x60;
+    const real x64 = x63 - (x31 - sin_roll * x54) * x61;
     const real x65 = p->p_damper_front * (x64 - (v[4] - x57) * x62);
-    const real x66 = K(35000.0) * (K(0.515278801843318) - x58) + x65 - p->p_skyhook * x57;
-    const real x67 = x60 * x66;
-    const real x68 = x61 * x66;
-    const real x69 = x62 * x66;
-    const real x70 = x3 * x67 - x2 * x69;
-    const real x71 = x6 * x67 - x5 * x68 + x8 * x69;
-    const real x72 = x7 * x67 + x4 * x68 + x9 * x69;
+    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
+        - p->p_skyhook * x57;
+    const real x67 = x60 * minus_tension_front_right;
+    const real x68 = x61 * minus_tension_front_right;
+    const real x69 = x62 * minus_tension_front_right;
+    const real x70 = cos_pitch * x67 - sin_pitch * x69;
+    const real x71 = R_body_xy * x67 - cos_roll * x68 + R_body_zy * x69;
+    const real x72 = R_body_xz * x67 + sin_roll * x68 + R_body_zz * x69;
     const real x73 = K(1.4) * x71 + K(0.75) * x70;
-    /* spring rear_left */
-    const real x74 = K(1.7) * x3;
-    const real x75 = K(1.7) * x2;
+
+    /* Spring rear_left */
+    const real x74 = K(1.7) * cos_pitch;
+    const real x75 = K(1.7) * sin_pitch;
     const real x76 = K(1.7) + (x11 - x74);
-    const real x77 = q[5] - (x1 + (x13 + x75));
-    const real x78 = K(1.7) * x21;
-    const real x79 = x19 + K(1.7) * x22;
-    const real x80 = x20 + (x24 + x78);
-    const real x81 = x6 * x79;
-    const real x82 = x5 * x79;
-    const real x83 = x8 * x79;
-    const real x84 = x32 + x83 + x9 * x80;
-    const real x85 = EG_SQRT(x35 + x76 * x76 + x77 * x77);
-    const real x86 = K(1.0) / x85;
+    const real x77 = q[5] - (p_heaving_z + (x13 + x75));
+    const real x78 = K(1.7) * omega_body_y;
+    const real x79 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x80 = v_body_z + (x24 + x78);
+    const real x81 = R_body_xy * x79;
+    const real x82 = cos_roll * x79;
+    const real x83 = R_body_zy * x79;
+    const real x84 = x32 + x83 + R_body_zz * x80;
+    const real length_rear_left = EG_SQRT(x35 + x76 * x76 + x77 * x77);
+    const real x86 = K(1.0) / length_rear_left;
     const real x87 = x76 * x86;
     const real x88 = x15 * x86;
     const real x89 = x77 * x86;
-    const real x90 = (x29 - x81 - x7 * x80) * x87;
-    const real x91 = x90 + (x82 - x4 * x80) * x88;
+    const real x90 = (x29 - x81 - R_body_xz * x80) * x87;
+    const real x91 = x90 + (x82 - sin_roll * x80) * x88;
     const real x92 = p->p_damper_rear * (x91 - (v[5] - x84) * x89);
-    const real x93 = K(38000.0) * (x85 - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
-    const real x94 = x87 * x93;
-    const real x95 = x88 * x93;
-    const real x96 = x89 * x93;
-    const real x97 = x3 * x94 + x2 * x96;
-    const real x98 = x6 * x94 - x5 * x95 - x8 * x96;
-    const real x99 = x7 * x94 + x4 * x95 - x9 * x96;
+    const real tension_rear_left = K(38000.0) * (length_rear_left - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
+    const real x94 = x87 * tension_rear_left;
+    const real x95 = x88 * tension_rear_left;
+    const real x96 = x89 * tension_rear_left;
+    const real x97 = cos_pitch * x94 + sin_pitch * x96;
+    const real x98 = R_body_xy * x94 - cos_roll * x95 - R_body_zy * x96;
+    const real x99 = R_body_xz * x94 + sin_roll * x95 - R_body_zz * x96;
     const real x100 = K(1.4) * x49 - K(0.75) * x48 - x73;
-    /* spring rear_right */
+
+    /* Spring rear_right */
     const real x101 = K(1.7) - (x11 + x74);
-    const real x102 = q[6] - (x1 - (x13 - x75));
-    const real x103 = x20 - (x24 - x78);
-    const real x104 = x56 + x83 + x9 * x103;
-    const real x105 = EG_SQRT(x35 + x101 * x101 + x102 * x102);
-    const real x106 = K(1.0) / x105;
+    const real x102 = q[6] - (p_heaving_z - (x13 - x75));
+    const real x103 = v_body_z - (x24 - x78);
+    const real x104 = x56 + x83 + R_body_zz * x103;
+    const real length_rear_right = EG_SQRT(x35 + x101 * x101 + x102 * x102);
+    const real x106 = K(1.0) / length_rear_right;
     const real x107 = x101 * x106;
     const real x108 = x15 * x106;
     const real x109 = x102 * x106;
-    const real x110 = (x55 - x81 - x7 * x103) * x107;
-    const real x111 = x110 - (x82 - x4 * x103) * x108;
+    const real x110 = (x55 - x81 - R_body_xz * x103) * x107;
+    const real x111 = x110 - (x82 - sin_roll * x103) * x108;
     const real x112 = p->p_damper_rear * (x111 - (v[6] - x104) * x109);
-    const real x113 = K(38000.0) * (K(0.48744057724957557) - x105) + x112 - p->p_skyhook * x104;
-    const real x114 = x107 * x113;
-    const real x115 = x108 * x113;
-    const real x116 = x109 * x113;
-    const real x117 = x3 * x114 + x2 * x116;
-    const real x118 = x6 * x114 + x5 * x115 - x8 * x116;
-    const real x119 = x7 * x114 - x4 * x115 - x9 * x116;
+    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
+        - p->p_skyhook * x104;
+    const real x114 = x107 * minus_tension_rear_right;
+    const real x115 = x108 * minus_tension_rear_right;
+    const real x116 = x109 * minus_tension_rear_right;
+    const real x117 = cos_pitch * x114 + sin_pitch * x116;
+    const real x118 = R_body_xy * x114 + cos_roll * x115 - R_body_zy * x116;
+    const real x119 = R_body_xz * x114 - sin_roll * x115 - R_body_zz * x116;
     const real x120 = K(0.75) * x50 + K(0.75) * x72 - K(0.75) * x99;
     const real x121 = K(1.4) * x50 - K(1.4) * x72 + K(1.7) * x99;
     const real x122 = x100 + (K(1.7) * x98 + K(0.75) * x97);
-    /* effort front_left */
+
+    /* Effort front_left */
     const real x123 = K(2.0) * t;
     const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
-    /* effort front_right */
+
+    /* Effort front_right */
     const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
     const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
-    /* effort rear_right */
+
+    /* Effort rear_right */
     const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
-    /* acceleration of link body */
-    const real x128 = v[2] * x22;
-    const real x129 = v[2] * x21;
-    const real x130 = x21 * x22;
-    /* applied forces at joint roll */
-    const real x131 = x5 * (x50 - x72 - x99 + x119);
-    /* applied forces at joint pitch */
-    const real x132 = x3 * (x4 * (x49 - x71 - x98 + x118) + x131);
-    const real x133 = K(400.0) * (a[2] - x130) + K(60.0) * (a[2] + x130);
-    tau[2] = -(x120 - K(0.75) * x119 - x133);
-    const real x134 = K(60.0) * (x128 + (x128 - a[1] * x5));
-    const real x135 = K(400.0) * (x129 + (x129 + a[1] * x4));
-    /* inverse dynamics at joint roll */
-    const real x136 = x4 * (x122 - (K(1.7) * x118 - K(0.75) * x117) + x135);
-    const real x137 = x5 * (x121 - K(1.7) * x119 - x134) + x136;
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
+    const real minus_alpha0_body_z = v[2] * omega_body_y;
+    const real x130 = omega_body_y * minus_omega_body_z;
+
+    /* Applied forces at joint roll */
+    const real x131 = cos_roll * (x50 - x72 - x99 + x119);
+
+    /* Applied forces at joint pitch */
+    const real x132 = cos_pitch * (sin_roll * (x49 - x71 - x98 + x118) + x131);
+    const real M_body_x = K(400.0) * (a[2] - x130) + K(60.0) * (a[2] + x130);
+    tau[2] = -(x120 - K(0.75) * x119 - M_body_x);
+    const real minus_M_body_y = K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - a[1] * cos_roll));
+    const real minus_M_body_z = K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + a[1] * sin_roll));
+
+    /* Inverse dynamics at joint roll */
+    const real x136 = sin_roll * (x122 - (K(1.7) * x118 - K(0.75) * x117) + minus_M_body_z);
+    const real x137 = cos_roll * (x121 - K(1.7) * x119 - minus_M_body_y) + x136;
     tau[1] = K(2100.0) * a[1] + x137;
-    /* inverse dynamics at joint pitch */
-    const real x138 = x132 - x2 * (x48 - x70 - x97 + x117);
+
+    /* Inverse dynamics at joint pitch */
+    const real x138 = x132 - sin_pitch * (x48 - x70 - x97 + x117);
     tau[0] = -(x138 - K(1500.0) * (K(9.81) + a[0]));
     const real x139 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124;
     tau[3] = x139 + (x47 + K(59.0) * (K(9.81) + a[3]));
@@ -2238,164 +2316,189 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
     const real *u, real *restrict vdot)
 {
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
-    const real x12 = K(1.4) * x2;
-    const real x13 = K(0.75) * x8;
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
+    const real x12 = K(1.4) * sin_pitch;
+    const real x13 = K(0.75) * R_body_zy;
     const real x14 = K(1.4) - (x10 + x11);
-    const real x15 = K(0.75) - K(0.75) * x5;
-    const real x16 = q[3] - (x1 - (x12 - x13));
-    /* twist of link pitching */
-    const real x17 = v[0] * x3;
-    const real x18 = v[0] * x2;
-    /* twist of link body */
-    const real x19 = x4 * x17;
-    const real x20 = x5 * x17;
-    const real x21 = v[1] * x5;
-    const real x22 = v[1] * x4;
-    /* spring front_left */
-    const real x23 = K(0.75) * x22;
+    const real x15 = K(0.75) - K(0.75) * cos_roll;
+    const real x16 = q[3] - (p_heaving_z - (x12 - x13));
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x23 = K(0.75) * minus_omega_body_z;
     const real x24 = K(0.75) * v[2];
-    const real x25 = K(1.4) * x21;
-    const real x26 = x18 - x23;
-    const real x27 = x19 - K(1.4) * x22;
-    const real x28 = x20 + (x24 - x25);
-    const real x29 = x3 * x26;
-    const real x30 = x6 * x27;
-    const real x31 = x5 * x27;
-    const real x32 = x2 * x26;
-    const real x33 = x8 * x27;
-    const real x34 = x32 + x33 + x9 * x28;
+    const real x25 = K(1.4) * omega_body_y;
+    const real x26 = minus_v_pitching_x - x23;
+    const real x27 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x28 = v_body_z + (x24 - x25);
+    const real x29 = cos_pitch * x26;
+    const real x30 = R_body_xy * x27;
+    const real x31 = cos_roll * x27;
+    const real x32 = sin_pitch * x26;
+    const real x33 = R_body_zy * x27;
+    const real x34 = x32 + x33 + R_body_zz * x28;
     const real x35 = x15 * x15;
-    const real x36 = EG_SQRT(x14 * x14 + x35 + x16 * x16);
-    const real x37 = K(1.0) / x36;
+    const real length_front_left = EG_SQRT(x14 * x14 + x35 + x16 * x16);
+    const real x37 = K(1.0) / length_front_left;
     const real x38 = x14 * x37;
     const real x39 = x15 * x37;
     const real x40 = x16 * x37;
-    const real x41 = (x29 - x30 - x7 * x28) * x38;
-    const real x42 = x41 - (x31 - x4 * x28) * x39;
+    const real x41 = (x29 - x30 - R_body_xz * x28) * x38;
+    const real x42 = x41 - (x31 - sin_roll * x28) * x39;
     const real x43 = p->p_damper_front * (x42 + (v[3] - x34) * x40);
-    const real x44 = K(35000.0) * (x36 - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
-    const real x45 = x38 * x44;
-    const real x46 = x39 * x44;
-    const real x47 = x40 * x44;
-    const real x48 = x3 * x45 - x2 * x47;
-    const real x49 = x6 * x45 + x5 * x46 + x8 * x47;
-    const real x50 = x7 * x45 - x4 * x46 + x9 * x47;
-    /* spring front_right */
+    const real tension_front_left = K(35000.0) * (length_front_left - K(0.515278801843318)) + x43 + p->p_skyhook * x34;
+    const real x45 = x38 * tension_front_left;
+    const real x46 = x39 * tension_front_left;
+    const real x47 = x40 * tension_front_left;
+    const real x48 = cos_pitch * x45 - sin_pitch * x47;
+    const real x49 = R_body_xy * x45 + cos_roll * x46 + R_body_zy * x47;
+    const real x50 = R_body_xz * x45 - sin_roll * x46 + R_body_zz * x47;
+
+    /* Spring front_right */
     const real x51 = K(1.4) - (x10 - x11);
-    const real x52 = q[4] - (x1 - (x12 + x13));
-    const real x53 = x18 + x23;
-    const real x54 = x20 - (x24 + x25);
-    const real x55 = x3 * x53;
-    const real x56 = x2 * x53;
-    const real x57 = x33 + x56 + x9 * x54;
-    const real x58 = EG_SQRT(x35 + x51 * x51 + x52 * x52);
-    const real x59 = K(1.0) / x58;
+    const real x52 = q[4] - (p_heaving_z - (x12 + x13));
+    const real x53 = minus_v_pitching_x + x23;
+    const real x54 = v_body_z - (x24 + x25);
+    const real x55 = cos_pitch * x53;
+    const real x56 = sin_pitch * x53;
+    const real x57 = x33 + x56 + R_body_zz * x54;
+    const real length_front_right = EG_SQRT(x35 + x51 * x51 + x52 * x52);
+    const real x59 = K(1.0) / length_front_right;
     const real x60 = x51 * x59;
     const real x61 = x15 * x59;
     const real x62 = x52 * x59;
-    const real x63 = (x30 - x55 + x7 * x54) * x60;
-    const real x64 = x63 - (x31 - x4 * x54) * x61;
+    const real x63 = (x30 - x55 + R_body_xz * x54) * x60;
+    const real x64 = x63 - (x31 - sin_roll * x54) * x61;
     const real x65 = p->p_damper_front * (x64 - (v[4] - x57) * x62);
-    const real x66 = K(35000.0) * (K(0.515278801843318) - x58) + x65 - p->p_skyhook * x57;
-    const real x67 = x60 * x66;
-    const real x68 = x61 * x66;
-    const real x69 = x62 * x66;
-    const real x70 = x3 * x67 - x2 * x69;
-    const real x71 = x6 * x67 - x5 * x68 + x8 * x69;
-    const real x72 = x7 * x67 + x4 * x68 + x9 * x69;
+    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
+        - p->p_skyhook * x57;
+    const real x67 = x60 * minus_tension_front_right;
+    const real x68 = x61 * minus_tension_front_right;
+    const real x69 = x62 * minus_tension_front_right;
+    const real x70 = cos_pitch * x67 - sin_pitch * x69;
+    const real x71 = R_body_xy * x67 - cos_roll * x68 + R_body_zy * x69;
+    const real x72 = R_body_xz * x67 + sin_roll * x68 + R_body_zz * x69;
     const real x73 = K(1.4) * x71 + K(0.75) * x70;
-    /* spring rear_left */
-    const real x74 = K(1.7) * x3;
-    const real x75 = K(1.7) * x2;
+
+    /* Spring rear_left */
+    const real x74 = K(1.7) * cos_pitch;
+    const real x75 = K(1.7) * sin_pitch;
     const real x76 = K(1.7) + (x11 - x74);
-    const real x77 = q[5] - (x1 + (x13 + x75));
-    const real x78 = K(1.7) * x21;
-    const real x79 = x19 + K(1.7) * x22;
-    const real x80 = x20 + (x24 + x78);
-    const real x81 = x6 * x79;
-    const real x82 = x5 * x79;
-    const real x83 = x8 * x79;
-    const real x84 = x32 + x83 + x9 * x80;
-    const real x85 = EG_SQRT(x35 + x76 * x76 + x77 * x77);
-    const real x86 = K(1.0) / x85;
+    const real x77 = q[5] - (p_heaving_z + (x13 + x75));
+    const real x78 = K(1.7) * omega_body_y;
+    const real x79 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x80 = v_body_z + (x24 + x78);
+    const real x81 = R_body_xy * x79;
+    const real x82 = cos_roll * x79;
+    const real x83 = R_body_zy * x79;
+    const real x84 = x32 + x83 + R_body_zz * x80;
+    const real length_rear_left = EG_SQRT(x35 + x76 * x76 + x77 * x77);
+    const real x86 = K(1.0) / length_rear_left;
     const real x87 = x76 * x86;
     const real x88 = x15 * x86;
     const real x89 = x77 * x86;
-    const real x90 = (x29 - x81 - x7 * x80) * x87;
-    const real x91 = x90 + (x82 - x4 * x80) * x88;
+    const real x90 = (x29 - x81 - R_body_xz * x80) * x87;
+    const real x91 = x90 + (x82 - sin_roll * x80) * x88;
     const real x92 = p->p_damper_rear * (x91 - (v[5] - x84) * x89);
-    const real x93 = K(38000.0) * (x85 - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
-    const real x94 = x87 * x93;
-    const real x95 = x88 * x93;
-    const real x96 = x89 * x93;
-    const real x97 = x3 * x94 + x2 * x96;
-    const real x98 = x6 * x94 - x5 * x95 - x8 * x96;
-    const real x99 = x7 * x94 + x4 * x95 - x9 * x96;
+    const real tension_rear_left = K(38000.0) * (length_rear_left - K(0.48744057724957557)) - x92 + p->p_skyhook * x84;
+    const real x94 = x87 * tension_rear_left;
+    const real x95 = x88 * tension_rear_left;
+    const real x96 = x89 * tension_rear_left;
+    const real x97 = cos_pitch * x94 + sin_pitch * x96;
+    const real x98 = R_body_xy * x94 - cos_roll * x95 - R_body_zy * x96;
+    const real x99 = R_body_xz * x94 + sin_roll * x95 - R_body_zz * x96;
     const real x100 = K(1.4) * x49 - K(0.75) * x48 - x73;
-    /* spring rear_right */
+
+    /* Spring rear_right */
     const real x101 = K(1.7) - (x11 + x74);
-    const real x102 = q[6] - (x1 - (x13 - x75));
-    const real x103 = x20 - (x24 - x78);
-    const real x104 = x56 + x83 + x9 * x103;
-    const real x105 = EG_SQRT(x35 + x101 * x101 + x102 * x102);
-    const real x106 = K(1.0) / x105;
+    const real x102 = q[6] - (p_heaving_z - (x13 - x75));
+    const real x103 = v_body_z - (x24 - x78);
+    const real x104 = x56 + x83 + R_body_zz * x103;
+    const real length_rear_right = EG_SQRT(x35 + x101 * x101 + x102 * x102);
+    const real x106 = K(1.0) / length_rear_right;
     const real x107 = x101 * x106;
     const real x108 = x15 * x106;
     const real x109 = x102 * x106;
-    const real x110 = (x55 - x81 - x7 * x103) * x107;
-    const real x111 = x110 - (x82 - x4 * x103) * x108;
+    const real x110 = (x55 - x81 - R_body_xz * x103) * x107;
+    const real x111 = x110 - (x82 - sin_roll * x103) * x108;
     const real x112 = p->p_damper_rear * (x111 - (v[6] - x104) * x109);
-    const real x113 = K(38000.0) * (K(0.48744057724957557) - x105) + x112 - p->p_skyhook * x104;
-    const real x114 = x107 * x113;
-    const real x115 = x108 * x113;
-    const real x116 = x109 * x113;
-    const real x117 = x3 * x114 + x2 * x116;
-    const real x118 = x6 * x114 + x5 * x115 - x8 * x116;
-    const real x119 = x7 * x114 - x4 * x115 - x9 * x116;
+    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
+        - p->p_skyhook * x104;
+    const real x114 = x107 * minus_tension_rear_right;
+    const real x115 = x108 * minus_tension_rear_right;
+    const real x116 = x109 * minus_tension_rear_right;
+    const real x117 = cos_pitch * x114 + sin_pitch * x116;
+    const real x118 = R_body_xy * x114 + cos_roll * x115 - R_body_zy * x116;
+    const real x119 = R_body_xz * x114 - sin_roll * x115 - R_body_zz * x116;
     const real x120 = K(0.75) * x50 + K(0.75) * x72 - K(0.75) * x99;
     const real x121 = K(1.4) * x50 - K(1.4) * x72 + K(1.7) * x99;
     const real x122 = x100 + (K(1.7) * x98 + K(0.75) * x97);
-    /* effort front_left */
+
+    /* Effort front_left */
     const real x123 = K(2.0) * t;
     const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
-    /* effort front_right */
+
+    /* Effort front_right */
     const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
     const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
-    /* effort rear_right */
+
+    /* Effort rear_right */
     const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
-    /* acceleration of link body */
-    const real x128 = x21 * x22;
-    /* applied forces at joint roll */
-    const real x129 = x5 * (x50 - x72 - x99 + x119);
-    /* applied forces at joint pitch */
-    const real x130 = x3 * (x4 * (x49 - x71 - x98 + x118) + x129);
-    /* acceleration of joint heave */
-    const real x131 = K(14715.0) - (x130 - x2 * (x48 - x70 - x97 + x117));
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real x128 = omega_body_y * minus_omega_body_z;
+
+    /* Applied forces at joint roll */
+    const real x129 = cos_roll * (x50 - x72 - x99 + x119);
+
+    /* Applied forces at joint pitch */
+    const real x130 = cos_pitch * (sin_roll * (x49 - x71 - x98 + x118) + x129);
+
+    /* Acceleration of joint heave */
+    const real x131 = K(14715.0) - (x130 - sin_pitch * (x48 - x70 - x97 + x117));
     vdot[0] = -(K(0.0006666666666666666) * x131);
-    /* acceleration of joint roll */
+
+    /* Acceleration of joint roll */
     const real x132 = x120 - K(0.75) * x119 + (K(400.0) * x128 - K(60.0) * x128);
     vdot[2] = K(0.002173913043478261) * x132;
     const real x133 = x122 - (K(1.7) * x118 - K(0.75) * x117);
-    /* bias force at joint roll */
-    const real x134 = x5 * (x121 - K(1.7) * x119 - K(120.0) * (v[2] * x22));
+
+    /* Bias force at joint roll */
+    const real x134 = cos_roll * (x121 - K(1.7) * x119 - K(120.0) * (v[2] * minus_omega_body_z));
     const real x135 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124;
     const real x136 = K(190000.0) * (q[5] - K(0.020534378607809847)) - x124 * (K(190000.0) * u[1]);
-    /* elimination of the mass matrix from the tips to the root */
-    const real x137 = x134 + x4 * (x133 + K(800.0) * (v[2] * x21));
-    vdot[1] = -(K(1.0) / (K(2100.0) + (K(60.0) + x4 * (K(340.0) * x4))) * x137);
+
+    /* Elimination of the mass matrix from the tips to the root */
+    const real x137 = x134 + sin_roll * (x133 + K(800.0) * (v[2] * omega_body_y));
+    vdot[1] = -(K(1.0) / (K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll))) * x137);
     vdot[3] = -(K(0.01694915254237288) * (x135 + (x47 + K(578.7900000000001))));
     vdot[4] = -(K(0.01694915254237288) * (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126
         - (x69 - K(578.7900000000001))));
@@ -2463,10 +2566,12 @@ void active_vehicle_poses(const active_vehicle_parameters *p, const real *q, rea
     pose[46] = K(-1.7);
     pose[47] = K(-0.75);
     pose[48] = q[6];
-    const real x1 = K(0.4) + q[0];
-    pose[6] = x1;
-    pose[13] = x1;
-    pose[20] = x1;
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+    pose[6] = p_heaving_z;
+    pose[13] = p_heaving_z;
+    pose[20] = p_heaving_z;
     real x2, x3;
     EG_SINCOS(K(0.5) * q[1], &x2, &x3);
     pose[9] = x2;
@@ -2493,21 +2598,27 @@ void active_vehicle_twists(const active_vehicle_parameters *p, const real *q, co
     twist[29] = v[4];
     twist[35] = v[5];
     twist[41] = v[6];
-    real x1, x2;
-    EG_SINCOS(q[1], &x1, &x2);
-    real x3, x4;
-    EG_SINCOS(q[2], &x3, &x4);
-    /* twist of link pitching */
-    const real x5 = v[0] * x2;
-    twist[11] = x5;
-    const real x6 = v[0] * x1;
-    twist[9] = -x6;
-    twist[15] = -x6;
-    /* twist of link body */
-    twist[16] = x3 * x5;
-    twist[17] = x4 * x5;
-    twist[13] = v[1] * x4;
-    twist[14] = -(v[1] * x3);
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    twist[11] = v_pitching_z;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+    twist[9] = -minus_v_pitching_x;
+    twist[15] = -minus_v_pitching_x;
+
+    /* Twist of link body */
+    twist[16] = sin_roll * v_pitching_z;
+    twist[17] = cos_roll * v_pitching_z;
+    twist[13] = v[1] * cos_roll;
+    twist[14] = -(v[1] * sin_roll);
 }
 
 void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
@@ -2515,168 +2626,201 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
 {
     y[2] = a[1];
     y[3] = a[2];
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
-    const real x12 = K(1.4) * x2;
-    const real x13 = K(0.75) * x8;
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
+    const real x12 = K(1.4) * sin_pitch;
+    const real x13 = K(0.75) * R_body_zy;
     const real x14 = K(1.4) - (x10 + x11);
-    const real x15 = K(0.75) - K(0.75) * x5;
-    const real x16 = q[3] - (x1 - (x12 - x13));
-    /* twist of link pitching */
-    const real x17 = v[0] * x3;
-    const real x18 = v[0] * x2;
-    /* twist of link body */
-    const real x19 = x4 * x17;
-    const real x20 = x5 * x17;
-    const real x21 = v[1] * x5;
-    const real x22 = v[1] * x4;
-    /* spring front_left */
-    const real x23 = K(0.75) * x22;
+    const real x15 = K(0.75) - K(0.75) * cos_roll;
+    const real x16 = q[3] - (p_heaving_z - (x12 - x13));
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x23 = K(0.75) * minus_omega_body_z;
     const real x24 = K(0.75) * v[2];
-    const real x25 = K(1.4) * x21;
-    const real x26 = x18 - x23;
-    const real x27 = x19 - K(1.4) * x22;
-    const real x28 = x20 + (x24 - x25);
-    const real x29 = x3 * x26;
-    const real x30 = x6 * x27;
-    const real x31 = x5 * x27;
-    const real x32 = x2 * x26;
-    const real x33 = x8 * x27;
-    const real x34 = x32 + x33 + x9 * x28;
+    const real x25 = K(1.4) * omega_body_y;
+    const real x26 = minus_v_pitching_x - x23;
+    const real x27 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x28 = v_body_z + (x24 - x25);
+    const real x29 = cos_pitch * x26;
+    const real x30 = R_body_xy * x27;
+    const real x31 = cos_roll * x27;
+    const real x32 = sin_pitch * x26;
+    const real x33 = R_body_zy * x27;
+    const real x34 = x32 + x33 + R_body_zz * x28;
     const real x35 = x15 * x15;
-    const real x36 = EG_SQRT(x14 * x14 + x35 + x16 * x16);
-    const real x37 = K(1.0) / x36;
-    const real x38 = (x29 - x30 - x7 * x28) * (x14 * x37);
-    const real x39 = x38 - (x31 - x4 * x28) * (x15 * x37);
-    const real x40 = x39 + (v[3] - x34) * (x16 * x37);
-    const real x41 = x36 - K(0.515278801843318);
+    const real length_front_left = EG_SQRT(x14 * x14 + x35 + x16 * x16);
+    const real x37 = K(1.0) / length_front_left;
+    const real x38 = (x29 - x30 - R_body_xz * x28) * (x14 * x37);
+    const real x39 = x38 - (x31 - sin_roll * x28) * (x15 * x37);
+    const real rate_front_left = x39 + (v[3] - x34) * (x16 * x37);
+    const real x41 = length_front_left - K(0.515278801843318);
     const real x42 = p->p_skyhook * x34;
     y[10] = x42;
-    /* spring front_right */
+
+    /* Spring front_right */
     const real x43 = K(1.4) - (x10 - x11);
-    const real x44 = q[4] - (x1 - (x12 + x13));
-    const real x45 = x18 + x23;
-    const real x46 = x20 - (x24 + x25);
-    const real x47 = x3 * x45;
-    const real x48 = x2 * x45;
-    const real x49 = x33 + x48 + x9 * x46;
-    const real x50 = EG_SQRT(x35 + x43 * x43 + x44 * x44);
-    const real x51 = K(1.0) / x50;
-    const real x52 = (x30 - x47 + x7 * x46) * (x43 * x51);
-    const real x53 = x52 - (x31 - x4 * x46) * (x15 * x51);
-    const real x54 = x53 - (v[4] - x49) * (x44 * x51);
-    const real x55 = K(0.515278801843318) - x50;
+    const real x44 = q[4] - (p_heaving_z - (x12 + x13));
+    const real x45 = minus_v_pitching_x + x23;
+    const real x46 = v_body_z - (x24 + x25);
+    const real x47 = cos_pitch * x45;
+    const real x48 = sin_pitch * x45;
+    const real x49 = x33 + x48 + R_body_zz * x46;
+    const real length_front_right = EG_SQRT(x35 + x43 * x43 + x44 * x44);
+    const real x51 = K(1.0) / length_front_right;
+    const real x52 = (x30 - x47 + R_body_xz * x46) * (x43 * x51);
+    const real x53 = x52 - (x31 - sin_roll * x46) * (x15 * x51);
+    const real minus_rate_front_right = x53 - (v[4] - x49) * (x44 * x51);
+    const real x55 = K(0.515278801843318) - length_front_right;
     const real x56 = p->p_skyhook * x49;
     y[11] = x56;
-    const real x57 = x54 * (p->p_damper_front * x54 - x56);
-    /* spring rear_left */
-    const real x58 = K(1.7) * x3;
-    const real x59 = K(1.7) * x2;
+    const real x57 = minus_rate_front_right * (p->p_damper_front * minus_rate_front_right - x56);
+
+    /* Spring rear_left */
+    const real x58 = K(1.7) * cos_pitch;
+    const real x59 = K(1.7) * sin_pitch;
     const real x60 = K(1.7) + (x11 - x58);
-    const real x61 = q[5] - (x1 + (x13 + x59));
-    const real x62 = K(1.7) * x21;
-    const real x63 = x19 + K(1.7) * x22;
-    const real x64 = x20 + (x24 + x62);
-    const real x65 = x6 * x63;
-    const real x66 = x5 * x63;
-    const real x67 = x8 * x63;
-    const real x68 = x32 + x67 + x9 * x64;
-    const real x69 = EG_SQRT(x35 + x60 * x60 + x61 * x61);
-    const real x70 = K(1.0) / x69;
-    const real x71 = (x29 - x65 - x7 * x64) * (x60 * x70);
-    const real x72 = x71 + (x66 - x4 * x64) * (x15 * x70);
-    const real x73 = x72 - (v[5] - x68) * (x61 * x70);
-    const real x74 = x69 - K(0.48744057724957557);
+    const real x61 = q[5] - (p_heaving_z + (x13 + x59));
+    const real x62 = K(1.7) * omega_body_y;
+    const real x63 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x64 = v_body_z + (x24 + x62);
+    const real x65 = R_body_xy * x63;
+    const real x66 = cos_roll * x63;
+    const real x67 = R_body_zy * x63;
+    const real x68 = x32 + x67 + R_body_zz * x64;
+    const real length_rear_left = EG_SQRT(x35 + x60 * x60 + x61 * x61);
+    const real x70 = K(1.0) / length_rear_left;
+    const real x71 = (x29 - x65 - R_body_xz * x64) * (x60 * x70);
+    const real x72 = x71 + (x66 - sin_roll * x64) * (x15 * x70);
+    const real minus_rate_rear_left = x72 - (v[5] - x68) * (x61 * x70);
+    const real x74 = length_rear_left - K(0.48744057724957557);
     const real x75 = p->p_skyhook * x68;
     y[12] = x75;
     const real x76 = K(17500.0) * (x41 * x41) + K(17500.0) * (x55 * x55);
-    const real x77 = x40 * (p->p_damper_front * x40 + x42) + x57;
-    /* spring rear_right */
+    const real x77 = rate_front_left * (p->p_damper_front * rate_front_left + x42) + x57;
+
+    /* Spring rear_right */
     const real x78 = K(1.7) - (x11 + x58);
-    const real x79 = q[6] - (x1 - (x13 - x59));
-    const real x80 = x20 - (x24 - x62);
-    const real x81 = x48 + x67 + x9 * x80;
-    const real x82 = EG_SQRT(x35 + x78 * x78 + x79 * x79);
-    const real x83 = K(1.0) / x82;
-    const real x84 = (x47 - x65 - x7 * x80) * (x78 * x83);
-    const real x85 = x84 - (x66 - x4 * x80) * (x15 * x83);
-    const real x86 = x85 - (v[6] - x81) * (x79 * x83);
-    const real x87 = K(0.48744057724957557) - x82;
+    const real x79 = q[6] - (p_heaving_z - (x13 - x59));
+    const real x80 = v_body_z - (x24 - x62);
+    const real x81 = x48 + x67 + R_body_zz * x80;
+    const real length_rear_right = EG_SQRT(x35 + x78 * x78 + x79 * x79);
+    const real x83 = K(1.0) / length_rear_right;
+    const real x84 = (x47 - x65 - R_body_xz * x80) * (x78 * x83);
+    const real x85 = x84 - (x66 - sin_roll * x80) * (x15 * x83);
+    const real minus_rate_rear_right = x85 - (v[6] - x81) * (x79 * x83);
+    const real x87 = K(0.48744057724957557) - length_rear_right;
     const real x88 = p->p_skyhook * x81;
     y[13] = x88;
-    const real x89 = x77 + x73 * (p->p_damper_rear * x73 - x75);
-    /* spring and damper of joint front_left */
+    const real x89 = x77 + minus_rate_rear_left * (p->p_damper_rear * minus_rate_rear_left - x75);
+
+    /* Spring and damper of joint front_left */
     const real x90 = q[3] - K(0.024281831918505945);
     const real x91 = x76 + K(19000.0) * (x74 * x74) + K(19000.0) * (x87 * x87);
-    /* spring and damper of joint front_right */
+
+    /* Spring and damper of joint front_right */
     const real x92 = q[4] - K(0.024281831918505945);
-    /* spring and damper of joint rear_left */
+
+    /* Spring and damper of joint rear_left */
     const real x93 = q[5] - K(0.020534378607809847);
     const real x94 = x91 + K(95000.0) * (x90 * x90) + K(95000.0) * (x92 * x92);
-    /* spring and damper of joint rear_right */
+
+    /* Spring and damper of joint rear_right */
     const real x95 = q[6] - K(0.020534378607809847);
-    /* effort front_left */
+
+    /* Effort front_left */
     const real x96 = K(2.0) * t;
     const real x97 = K(1.0) - EG_EXP(-(x96 * x96));
-    const real x98 = x89 + x86 * (p->p_damper_rear * x86 - x88);
-    /* effort front_right */
+    const real x98 = x89 + minus_rate_rear_right * (p->p_damper_rear * minus_rate_rear_right - x88);
+
+    /* Effort front_right */
     const real x99 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
     const real x100 = p->p_coherence * u[0] + x99 * u[2];
     const real x101 = x98 - v[3] * (K(190000.0) * u[0] * x97);
-    /* effort rear_left */
+
+    /* Effort rear_left */
     const real x102 = x101 - v[4] * (x97 * (K(190000.0) * x100));
-    /* effort rear_right */
+
+    /* Effort rear_right */
     const real x103 = p->p_coherence * u[1] + x99 * u[3];
     const real x104 = x102 - v[5] * (x97 * (K(190000.0) * u[1]));
     y[5] = -(x104 - v[6] * (x97 * (K(190000.0) * x103)));
-    /* acceleration of link body */
-    const real x105 = v[2] * x21;
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real minus_alpha0_body_z = v[2] * omega_body_y;
     const real x106 = v[2] * v[2];
-    const real x107 = x22 * x22;
-    /* energy of link body */
-    const real x108 = K(0.5) * (x21 * x21);
+    const real x107 = minus_omega_body_z * minus_omega_body_z;
+
+    /* Energy of link body */
+    const real x108 = K(0.5) * (omega_body_y * omega_body_y);
     const real x109 = K(0.5) * x107;
     const real x110 = K(0.5) * x106;
-    const real x111 = K(0.5) * (x18 * x18) + K(0.5) * (x19 * x19);
+    const real x111 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
     const real x112 = K(2100.0) * (x108 + x109) + K(400.0) * (x109 + x110);
-    const real x113 = K(1500.0) * (K(0.5) * (x20 * x20) + x111);
+    const real x113 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + x111);
     const real x114 = x94 + K(95000.0) * (x93 * x93) + K(95000.0) * (x95 * x95);
-    /* energy of link wheel_front_left */
+
+    /* Energy of link wheel_front_left */
     const real x115 = x113 + (K(60.0) * (x108 + x110) + x112);
-    /* energy of link wheel_rear_left */
+
+    /* Energy of link wheel_rear_left */
     const real x116 = x115 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
-    const real x117 = x114 + K(14715.0) * x1 + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
+    const real x117 = x114 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
     const real x118 = x116 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
     y[4] = x118 + (x117 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6]);
-    /* acceleration of link pitching */
-    const real x119 = a[0] * x3;
-    const real x120 = a[0] * x2;
-    /* acceleration of link body */
-    const real x121 = x4 * x119;
-    const real x122 = x5 * x119;
-    /* output body_acceleration */
-    y[0] = x2 * x120 + x8 * x121 + x9 * x122;
-    /* output driver_acceleration */
-    const real x123 = x2 * (x120 - K(0.35) * (x105 + (x105 + a[1] * x4)));
-    const real x124 = x9 * (x122 + K(0.35) * (a[2] - x21 * x22));
-    y[1] = x123 + x8 * (x121 - K(0.35) * (x106 + x107)) + x124;
-    /* output suspension_travel */
-    y[6] = -(K(0.4) - x36);
-    y[7] = -(K(0.4) - x50);
-    y[8] = -(K(0.4) - x69);
-    y[9] = -(K(0.4) - x82);
-    /* output road */
+
+    /* Acceleration of link pitching */
+    const real acc_pitching_z = a[0] * cos_pitch;
+    const real minus_acc_pitching_x = a[0] * sin_pitch;
+
+    /* Acceleration of link body */
+    const real acc_body_y = sin_roll * acc_pitching_z;
+    const real acc_body_z = cos_roll * acc_pitching_z;
+
+    /* Output body_acceleration */
+    y[0] = sin_pitch * minus_acc_pitching_x + R_body_zy * acc_body_y + R_body_zz * acc_body_z;
+
+    /* Output driver_acceleration */
+    const real x123 = sin_pitch * (minus_acc_pitching_x - K(0.35) * (minus_alpha0_body_z
+        + (minus_alpha0_body_z + a[1] * sin_roll)));
+    const real x124 = R_body_zz * (acc_body_z + K(0.35) * (a[2] - omega_body_y * minus_omega_body_z));
+    y[1] = x123 + R_body_zy * (acc_body_y - K(0.35) * (x106 + x107)) + x124;
+
+    /* Output suspension_travel */
+    y[6] = -(K(0.4) - length_front_left);
+    y[7] = -(K(0.4) - length_front_right);
+    y[8] = -(K(0.4) - length_rear_left);
+    y[9] = -(K(0.4) - length_rear_right);
+
+    /* Output road */
     const real x125 = u[0] * x97;
     y[14] = x125;
     const real x126 = x97 * x100;
@@ -2685,7 +2829,8 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     y[16] = x127;
     const real x128 = x97 * x103;
     y[17] = x128;
-    /* output tyre_load */
+
+    /* Output tyre_load */
     y[18] = -(K(190000.0) * (q[3] - x125));
     y[19] = -(K(190000.0) * (q[4] - x126));
     y[20] = -(K(190000.0) * (q[5] - x127));
@@ -2696,135 +2841,161 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     real *restrict energy)
 {
     energy[3] = K(0.0);
-    const real x1 = K(0.4) + q[0];
-    real x2, x3;
-    EG_SINCOS(q[1], &x2, &x3);
-    real x4, x5;
-    EG_SINCOS(q[2], &x4, &x5);
-    /* pose of link body */
-    const real x6 = x2 * x4;
-    const real x7 = x2 * x5;
-    const real x8 = x3 * x4;
-    const real x9 = x3 * x5;
-    /* spring front_left */
-    const real x10 = K(1.4) * x3;
-    const real x11 = K(0.75) * x6;
-    const real x12 = K(1.4) * x2;
-    const real x13 = K(0.75) * x8;
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
+    /* Rotation of link pitching */
+    real sin_pitch, cos_pitch;
+    EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Spring front_left */
+    const real x10 = K(1.4) * cos_pitch;
+    const real x11 = K(0.75) * R_body_xy;
+    const real x12 = K(1.4) * sin_pitch;
+    const real x13 = K(0.75) * R_body_zy;
     const real x14 = K(1.4) - (x10 + x11);
-    const real x15 = K(0.75) - K(0.75) * x5;
-    const real x16 = q[3] - (x1 - (x12 - x13));
-    /* twist of link pitching */
-    const real x17 = v[0] * x3;
-    const real x18 = v[0] * x2;
-    /* twist of link body */
-    const real x19 = x4 * x17;
-    const real x20 = x5 * x17;
-    const real x21 = v[1] * x5;
-    const real x22 = v[1] * x4;
-    /* spring front_left */
-    const real x23 = K(0.75) * x22;
+    const real x15 = K(0.75) - K(0.75) * cos_roll;
+    const real x16 = q[3] - (p_heaving_z - (x12 - x13));
+
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
+
+    /* Spring front_left */
+    const real x23 = K(0.75) * minus_omega_body_z;
     const real x24 = K(0.75) * v[2];
-    const real x25 = K(1.4) * x21;
-    const real x26 = x18 - x23;
-    const real x27 = x19 - K(1.4) * x22;
-    const real x28 = x20 + (x24 - x25);
-    const real x29 = x3 * x26;
-    const real x30 = x6 * x27;
-    const real x31 = x5 * x27;
-    const real x32 = x2 * x26;
-    const real x33 = x8 * x27;
-    const real x34 = x32 + x33 + x9 * x28;
+    const real x25 = K(1.4) * omega_body_y;
+    const real x26 = minus_v_pitching_x - x23;
+    const real x27 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x28 = v_body_z + (x24 - x25);
+    const real x29 = cos_pitch * x26;
+    const real x30 = R_body_xy * x27;
+    const real x31 = cos_roll * x27;
+    const real x32 = sin_pitch * x26;
+    const real x33 = R_body_zy * x27;
+    const real x34 = x32 + x33 + R_body_zz * x28;
     const real x35 = x15 * x15;
-    const real x36 = EG_SQRT(x14 * x14 + x35 + x16 * x16);
-    const real x37 = K(1.0) / x36;
-    const real x38 = (x29 - x30 - x7 * x28) * (x14 * x37);
-    const real x39 = x38 - (x31 - x4 * x28) * (x15 * x37);
-    const real x40 = x39 + (v[3] - x34) * (x16 * x37);
-    const real x41 = x36 - K(0.515278801843318);
-    /* spring front_right */
+    const real length_front_left = EG_SQRT(x14 * x14 + x35 + x16 * x16);
+    const real x37 = K(1.0) / length_front_left;
+    const real x38 = (x29 - x30 - R_body_xz * x28) * (x14 * x37);
+    const real x39 = x38 - (x31 - sin_roll * x28) * (x15 * x37);
+    const real rate_front_left = x39 + (v[3] - x34) * (x16 * x37);
+    const real x41 = length_front_left - K(0.515278801843318);
+
+    /* Spring front_right */
     const real x42 = K(1.4) - (x10 - x11);
-    const real x43 = q[4] - (x1 - (x12 + x13));
-    const real x44 = x18 + x23;
-    const real x45 = x20 - (x24 + x25);
-    const real x46 = x3 * x44;
-    const real x47 = x2 * x44;
-    const real x48 = x33 + x47 + x9 * x45;
-    const real x49 = EG_SQRT(x35 + x42 * x42 + x43 * x43);
-    const real x50 = K(1.0) / x49;
-    const real x51 = (x30 - x46 + x7 * x45) * (x42 * x50);
-    const real x52 = x51 - (x31 - x4 * x45) * (x15 * x50);
-    const real x53 = x52 - (v[4] - x48) * (x43 * x50);
-    const real x54 = K(0.515278801843318) - x49;
-    const real x55 = x53 * (p->p_damper_front * x53 - p->p_skyhook * x48);
-    /* spring rear_left */
-    const real x56 = K(1.7) * x3;
-    const real x57 = K(1.7) * x2;
+    const real x43 = q[4] - (p_heaving_z - (x12 + x13));
+    const real x44 = minus_v_pitching_x + x23;
+    const real x45 = v_body_z - (x24 + x25);
+    const real x46 = cos_pitch * x44;
+    const real x47 = sin_pitch * x44;
+    const real x48 = x33 + x47 + R_body_zz * x45;
+    const real length_front_right = EG_SQRT(x35 + x42 * x42 + x43 * x43);
+    const real x50 = K(1.0) / length_front_right;
+    const real x51 = (x30 - x46 + R_body_xz * x45) * (x42 * x50);
+    const real x52 = x51 - (x31 - sin_roll * x45) * (x15 * x50);
+    const real minus_rate_front_right = x52 - (v[4] - x48) * (x43 * x50);
+    const real x54 = K(0.515278801843318) - length_front_right;
+    const real x55 = minus_rate_front_right * (p->p_damper_front * minus_rate_front_right - p->p_skyhook * x48);
+
+    /* Spring rear_left */
+    const real x56 = K(1.7) * cos_pitch;
+    const real x57 = K(1.7) * sin_pitch;
     const real x58 = K(1.7) + (x11 - x56);
-    const real x59 = q[5] - (x1 + (x13 + x57));
-    const real x60 = K(1.7) * x21;
-    const real x61 = x19 + K(1.7) * x22;
-    const real x62 = x20 + (x24 + x60);
-    const real x63 = x6 * x61;
-    const real x64 = x5 * x61;
-    const real x65 = x8 * x61;
-    const real x66 = x32 + x65 + x9 * x62;
-    const real x67 = EG_SQRT(x35 + x58 * x58 + x59 * x59);
-    const real x68 = K(1.0) / x67;
-    const real x69 = (x29 - x63 - x7 * x62) * (x58 * x68);
-    const real x70 = x69 + (x64 - x4 * x62) * (x15 * x68);
-    const real x71 = x70 - (v[5] - x66) * (x59 * x68);
-    const real x72 = x67 - K(0.48744057724957557);
+    const real x59 = q[5] - (p_heaving_z + (x13 + x57));
+    const real x60 = K(1.7) * omega_body_y;
+    const real x61 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x62 = v_body_z + (x24 + x60);
+    const real x63 = R_body_xy * x61;
+    const real x64 = cos_roll * x61;
+    const real x65 = R_body_zy * x61;
+    const real x66 = x32 + x65 + R_body_zz * x62;
+    const real length_rear_left = EG_SQRT(x35 + x58 * x58 + x59 * x59);
+    const real x68 = K(1.0) / length_rear_left;
+    const real x69 = (x29 - x63 - R_body_xz * x62) * (x58 * x68);
+    const real x70 = x69 + (x64 - sin_roll * x62) * (x15 * x68);
+    const real minus_rate_rear_left = x70 - (v[5] - x66) * (x59 * x68);
+    const real x72 = length_rear_left - K(0.48744057724957557);
     const real x73 = K(17500.0) * (x41 * x41) + K(17500.0) * (x54 * x54);
-    const real x74 = x40 * (p->p_damper_front * x40 + p->p_skyhook * x34) + x55;
-    /* spring rear_right */
+    const real x74 = rate_front_left * (p->p_damper_front * rate_front_left + p->p_skyhook * x34) + x55;
+
+    /* Spring rear_right */
     const real x75 = K(1.7) - (x11 + x56);
-    const real x76 = q[6] - (x1 - (x13 - x57));
-    const real x77 = x20 - (x24 - x60);
-    const real x78 = x47 + x65 + x9 * x77;
-    const real x79 = EG_SQRT(x35 + x75 * x75 + x76 * x76);
-    const real x80 = K(1.0) / x79;
-    const real x81 = (x46 - x63 - x7 * x77) * (x75 * x80);
-    const real x82 = x81 - (x64 - x4 * x77) * (x15 * x80);
-    const real x83 = x82 - (v[6] - x78) * (x76 * x80);
-    const real x84 = K(0.48744057724957557) - x79;
-    const real x85 = x74 + x71 * (p->p_damper_rear * x71 - p->p_skyhook * x66);
-    /* spring and damper of joint front_left */
+    const real x76 = q[6] - (p_heaving_z - (x13 - x57));
+    const real x77 = v_body_z - (x24 - x60);
+    const real x78 = x47 + x65 + R_body_zz * x77;
+    const real length_rear_right = EG_SQRT(x35 + x75 * x75 + x76 * x76);
+    const real x80 = K(1.0) / length_rear_right;
+    const real x81 = (x46 - x63 - R_body_xz * x77) * (x75 * x80);
+    const real x82 = x81 - (x64 - sin_roll * x77) * (x15 * x80);
+    const real minus_rate_rear_right = x82 - (v[6] - x78) * (x76 * x80);
+    const real x84 = K(0.48744057724957557) - length_rear_right;
+    const real x85 = x74 + minus_rate_rear_left * (p->p_damper_rear * minus_rate_rear_left - p->p_skyhook * x66);
+
+    /* Spring and damper of joint front_left */
     const real x86 = q[3] - K(0.024281831918505945);
     const real x87 = x73 + K(19000.0) * (x72 * x72) + K(19000.0) * (x84 * x84);
-    /* spring and damper of joint front_right */
+
+    /* Spring and damper of joint front_right */
     const real x88 = q[4] - K(0.024281831918505945);
-    /* spring and damper of joint rear_left */
+
+    /* Spring and damper of joint rear_left */
     const real x89 = q[5] - K(0.020534378607809847);
     const real x90 = x87 + K(95000.0) * (x86 * x86) + K(95000.0) * (x88 * x88);
-    /* spring and damper of joint rear_right */
+
+    /* Spring and damper of joint rear_right */
     const real x91 = q[6] - K(0.020534378607809847);
-    /* effort front_left */
+
+    /* Effort front_left */
     const real x92 = K(2.0) * t;
     const real x93 = K(1.0) - EG_EXP(-(x92 * x92));
-    const real x94 = x85 + x83 * (p->p_damper_rear * x83 - p->p_skyhook * x78);
-    /* effort front_right */
+    const real x94 = x85 + minus_rate_rear_right * (p->p_damper_rear * minus_rate_rear_right - p->p_skyhook * x78);
+
+    /* Effort front_right */
     const real x95 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
     const real x96 = v[4] * (x93 * (K(190000.0) * (p->p_coherence * u[0] + x95 * u[2])));
-    /* effort rear_left */
+
+    /* Effort rear_left */
     const real x97 = x94 - v[3] * (K(190000.0) * u[0] * x93) - x96;
-    /* effort rear_right */
+
+    /* Effort rear_right */
     const real x98 = v[6] * (x93 * (K(190000.0) * (p->p_coherence * u[1] + x95 * u[3])));
     energy[2] = -(x97 - v[5] * (x93 * (K(190000.0) * u[1])) - x98);
-    /* energy of link body */
-    const real x99 = K(0.5) * (x21 * x21);
-    const real x100 = K(0.5) * (x22 * x22);
+
+    /* Energy of link body */
+    const real x99 = K(0.5) * (omega_body_y * omega_body_y);
+    const real x100 = K(0.5) * (minus_omega_body_z * minus_omega_body_z);
     const real x101 = K(0.5) * (v[2] * v[2]);
-    const real x102 = K(0.5) * (x18 * x18) + K(0.5) * (x19 * x19);
+    const real x102 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
     const real x103 = K(2100.0) * (x99 + x100) + K(400.0) * (x100 + x101);
-    const real x104 = K(1500.0) * (K(0.5) * (x20 * x20) + x102);
+    const real x104 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + x102);
     const real x105 = x90 + K(95000.0) * (x89 * x89) + K(95000.0) * (x91 * x91);
-    /* energy of link wheel_front_left */
+
+    /* Energy of link wheel_front_left */
     const real x106 = x104 + (K(60.0) * (x99 + x101) + x103);
-    /* energy of link wheel_rear_left */
+
+    /* Energy of link wheel_rear_left */
     const real x107 = x106 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
-    const real x108 = x105 + K(14715.0) * x1 + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
-    /* energy of link wheel_rear_right */
+    const real x108 = x105 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
+
+    /* Energy of link wheel_rear_right */
     energy[0] = x107 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
     energy[1] = x108 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6];
 }

@@ -47,9 +47,10 @@ void free_spinning_body_mass(const real *q, real *restrict M)
 void free_spinning_body_coupling(const real *q, const real *v, real *restrict h)
 {
     (void)q;
-    /* acceleration of link nut */
+    /* Centripetal and Coriolis acceleration of link nut */
     const real x1 = v[0] * v[1];
-    /* inertia forces of link nut */
+
+    /* Inertia forces of link nut */
     h[0] = K(0.009999999999999998) * (v[1] * v[2]);
     h[1] = -(K(0.019999999999999997) * (v[0] * v[2]));
     h[2] = K(0.019999999999999997) * x1 - K(0.009999999999999998) * x1;
@@ -73,9 +74,10 @@ void free_spinning_body_force(const real *q, const real *v, real *restrict Q)
 void free_spinning_body_inverse_dynamics(const real *q, const real *v, const real *a, real *restrict tau)
 {
     (void)q;
-    /* acceleration of link nut */
+    /* Centripetal and Coriolis acceleration of link nut */
     const real x1 = v[0] * v[1];
-    /* inertia forces of link nut */
+
+    /* Inertia forces of link nut */
     tau[0] = K(0.009999999999999998) * (a[0] + v[1] * v[2]);
     tau[1] = K(0.019999999999999997) * (a[1] - v[0] * v[2]);
     tau[2] = K(0.019999999999999997) * (a[2] + x1) + K(0.009999999999999998) * (a[2] - x1);
@@ -87,14 +89,15 @@ void free_spinning_body_inverse_dynamics(const real *q, const real *v, const rea
 void free_spinning_body_forward_dynamics(const real *q, const real *v, real *restrict vdot)
 {
     (void)q;
-    /* acceleration of link nut */
+    /* Centripetal and Coriolis acceleration of link nut */
     vdot[3] = -(v[1] * v[5] - v[2] * v[4]);
     vdot[4] = -(v[2] * v[3] - v[0] * v[5]);
     vdot[5] = -(v[0] * v[4] - v[1] * v[3]);
     const real x1 = v[0] * v[1];
     vdot[1] = v[0] * v[2];
     vdot[0] = -(v[1] * v[2]);
-    /* acceleration of joint free */
+
+    /* Acceleration of joint free */
     vdot[2] = -(K(33.333333333333336) * (K(0.019999999999999997) * x1 - K(0.009999999999999998) * x1));
 }
 
@@ -140,7 +143,8 @@ void free_spinning_body_partials(const real *q, const real *v, const real *a, re
     M[28] = K(0.4);
     M[35] = K(0.4);
     const real x1 = K(0.019999999999999997) * v[2];
-    /* partials, joint free */
+
+    /* Partials, joint free */
     const real x2 = K(0.009999999999999998) * v[1];
     C[2] = x2;
     C[6] = x1 - K(0.039999999999999994) * v[2];
@@ -196,13 +200,15 @@ void free_spinning_body_outputs(const real *q, const real *v, real *restrict y)
     y[3] = v[0];
     y[4] = v[1];
     y[5] = v[2];
-    /* energy of link nut */
+
+    /* Energy of link nut */
     const real x1 = K(0.5) * (v[2] * v[2]);
     const real x2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
     const real x3 = K(0.009999999999999998) * (x1 + K(0.5) * (v[0] * v[0]));
     const real x4 = K(0.019999999999999997) * (K(0.5) * (v[1] * v[1]) + x1) + x3;
     y[6] = K(0.4) * (K(0.5) * (v[5] * v[5]) + x2) + x4;
-    /* output handle */
+
+    /* Output handle */
     y[0] = q[4] + K(0.2) * (q[1] * q[2] - q[0] * q[3]);
     const real x5 = K(0.1) * (K(1.0) - K(2.0) * (q[3] * q[3] + q[1] * q[1]));
     y[1] = q[5] + x5;
@@ -215,7 +221,8 @@ void free_spinning_body_energy(const real *q, const real *v, real *restrict ener
     energy[1] = K(0.0);
     energy[2] = K(0.0);
     energy[3] = K(0.0);
-    /* energy of link nut */
+
+    /* Energy of link nut */
     const real x1 = K(0.5) * (v[2] * v[2]);
     const real x2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
     const real x3 = K(0.009999999999999998) * (x1 + K(0.5) * (v[0] * v[0]));

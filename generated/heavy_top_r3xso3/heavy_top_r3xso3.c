@@ -51,7 +51,8 @@ void heavy_top_r3xso3_coupling(const real *q, const real *v, real *restrict h)
     h[3] = K(0.0);
     h[4] = K(0.0);
     h[5] = K(0.0);
-    /* inertia forces of link top */
+
+    /* Inertia forces of link top */
     h[0] = -(K(0.234375) * (v[1] * v[2]));
     h[2] = K(0.234375) * (v[0] * v[1]);
 }
@@ -71,7 +72,7 @@ void heavy_top_r3xso3_force(const real *q, const real *v, real *restrict Q)
 void heavy_top_r3xso3_inverse_dynamics(const real *q, const real *v, const real *a, real *restrict tau)
 {
     (void)q;
-    /* inertia forces of link top */
+    /* Inertia forces of link top */
     tau[3] = K(15.0) * a[3];
     tau[4] = K(15.0) * a[4];
     tau[5] = K(15.0) * (a[5] + K(9.81));
@@ -82,55 +83,61 @@ void heavy_top_r3xso3_inverse_dynamics(const real *q, const real *v, const real 
 
 void heavy_top_r3xso3_residual(const real *q, const real *v, const real *a, const real *lam, real *restrict r)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    /* constraint pivot */
-    const real x19 = q[4] - x6;
-    const real x20 = q[5] - x12;
-    const real x21 = q[6] - x17;
-    const real x22 = x3 * x19;
-    const real x23 = x10 * x20;
-    const real x24 = x16 * x21;
-    const real x25 = x6 * x19;
-    const real x26 = x12 * x20;
-    const real x27 = x17 * x21;
-    const real x28 = x9 * x19;
-    const real x29 = x15 * x20;
-    const real x30 = x18 * x21;
-    const real x31 = x25 + x3 * x3 + (x26 + x10 * x10);
-    const real x32 = x3 * x9 + x10 * x15 - x16 * x18;
-    const real x33 = x28 - x6 * x9 + (x29 - x12 * x15);
-    const real x34 = x22 - x3 * x6 + (x23 - x10 * x12);
-    const real x35 = x25 + x9 * x9 + (x26 + x15 * x15);
-    const real x36 = (x34 - (x24 - x16 * x17)) * lam[1];
-    const real x37 = x32 * lam[0] - (x33 + (x30 - x17 * x18)) * lam[1];
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+
+    /* Constraint pivot */
+    const real x19 = q[4] - R_top_xy;
+    const real x20 = q[5] - R_top_yy;
+    const real x21 = q[6] - R_top_zy;
+    const real x22 = R_top_xx * x19;
+    const real x23 = R_top_yx * x20;
+    const real x24 = minus_R_top_zx * x21;
+    const real x25 = R_top_xy * x19;
+    const real x26 = R_top_yy * x20;
+    const real x27 = R_top_zy * x21;
+    const real x28 = R_top_xz * x19;
+    const real x29 = R_top_yz * x20;
+    const real x30 = R_top_zz * x21;
+
+    /* Jacobian of the constraints */
+    const real x31 = x25 + R_top_xx * R_top_xx + (x26 + R_top_yx * R_top_yx);
+    const real x32 = R_top_xx * R_top_xz + R_top_yx * R_top_yz - minus_R_top_zx * R_top_zz;
+    const real x33 = x28 - R_top_xy * R_top_xz + (x29 - R_top_yy * R_top_yz);
+    const real x34 = x22 - R_top_xx * R_top_xy + (x23 - R_top_yx * R_top_yy);
+    const real x35 = x25 + R_top_xz * R_top_xz + (x26 + R_top_yz * R_top_yz);
+
+    /* Constraint forces */
+    const real x36 = (x34 - (x24 - minus_R_top_zx * R_top_zy)) * lam[1];
+    const real x37 = x32 * lam[0] - (x33 + (x30 - R_top_zy * R_top_zz)) * lam[1];
     const real x38 = (x22 + x23 - x24) * lam[2];
-    const real x39 = (x31 + (x27 + x16 * x16)) * lam[0] - x36;
-    const real x40 = x37 + (x35 + (x27 + x18 * x18)) * lam[2];
+    const real x39 = (x31 + (x27 + minus_R_top_zx * minus_R_top_zx)) * lam[0] - x36;
+    const real x40 = x37 + (x35 + (x27 + R_top_zz * R_top_zz)) * lam[2];
     r[0] = K(0.234375) * (a[0] - v[1] * v[2]) + x40;
     r[1] = K(0.46875) * a[1] + ((x28 + x29 + x30) * lam[0] - x38);
     r[2] = K(0.234375) * (a[2] + v[0] * v[1]) - (x39 + x32 * lam[2]);
-    const real x41 = x3 * lam[0] + x6 * lam[1] + x9 * lam[2];
+    const real x41 = R_top_xx * lam[0] + R_top_xy * lam[1] + R_top_xz * lam[2];
     r[3] = K(15.0) * a[3] - x41;
-    const real x42 = x10 * lam[0] + x12 * lam[1] + x15 * lam[2];
+    const real x42 = R_top_yx * lam[0] + R_top_yy * lam[1] + R_top_yz * lam[2];
     r[4] = K(15.0) * a[4] - x42;
-    const real x43 = x16 * lam[0] - x17 * lam[1] - x18 * lam[2];
+    const real x43 = minus_R_top_zx * lam[0] - R_top_zy * lam[1] - R_top_zz * lam[2];
     r[5] = K(15.0) * (a[5] + K(9.81)) + x43;
 }
 
@@ -160,120 +167,127 @@ void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, cons
     M[21] = K(15.0);
     M[28] = K(15.0);
     M[35] = K(15.0);
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    /* constraint pivot */
-    const real x19 = q[4] - x6;
-    const real x20 = q[5] - x12;
-    const real x21 = q[6] - x17;
-    const real x22 = x3 * x19;
-    const real x23 = x10 * x20;
-    const real x24 = x16 * x21;
-    const real x25 = x6 * x19;
-    const real x26 = x12 * x20;
-    const real x27 = x17 * x21;
-    const real x28 = x9 * x19;
-    const real x29 = x15 * x20;
-    const real x30 = x18 * x21;
-    const real x31 = x3 * x3;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+
+    /* Constraint pivot */
+    const real x19 = q[4] - R_top_xy;
+    const real x20 = q[5] - R_top_yy;
+    const real x21 = q[6] - R_top_zy;
+    const real x22 = R_top_xx * x19;
+    const real x23 = R_top_yx * x20;
+    const real x24 = minus_R_top_zx * x21;
+    const real x25 = R_top_xy * x19;
+    const real x26 = R_top_yy * x20;
+    const real x27 = R_top_zy * x21;
+    const real x28 = R_top_xz * x19;
+    const real x29 = R_top_yz * x20;
+    const real x30 = R_top_zz * x21;
+
+    /* Jacobian of the constraints */
+    const real x31 = R_top_xx * R_top_xx;
     const real x32 = x25 + x31;
-    const real x33 = x3 * x9;
-    const real x34 = x10 * x10;
+    const real x33 = R_top_xx * R_top_xz;
+    const real x34 = R_top_yx * R_top_yx;
     const real x35 = x26 + x34;
-    const real x36 = x10 * x15;
-    const real x37 = x16 * x16;
+    const real x36 = R_top_yx * R_top_yz;
+    const real x37 = minus_R_top_zx * minus_R_top_zx;
     const real x38 = x27 + x37;
-    const real x39 = x16 * x18;
+    const real x39 = minus_R_top_zx * R_top_zz;
     const real x40 = x33 + x36 - x39;
-    const real x41 = x6 * x9;
+    const real x41 = R_top_xy * R_top_xz;
     const real x42 = x28 - x41;
-    const real x43 = x3 * x6;
+    const real x43 = R_top_xx * R_top_xy;
     const real x44 = x22 - x43;
-    const real x45 = x12 * x15;
+    const real x45 = R_top_yy * R_top_yz;
     const real x46 = x29 - x45;
-    const real x47 = x10 * x12;
+    const real x47 = R_top_yx * R_top_yy;
     const real x48 = x23 - x47;
-    const real x49 = x17 * x18;
+    const real x49 = R_top_zy * R_top_zz;
     const real x50 = x30 - x49;
-    const real x51 = x16 * x17;
+    const real x51 = minus_R_top_zx * R_top_zy;
     const real x52 = x24 - x51;
     const real x53 = x42 + x46 + x50;
     const real x54 = x44 + x48 - x52;
-    const real x55 = x9 * x9;
+    const real x55 = R_top_xz * R_top_xz;
     const real x56 = x25 + x55;
-    const real x57 = x15 * x15;
+    const real x57 = R_top_yz * R_top_yz;
     const real x58 = x26 + x57;
-    const real x59 = x18 * x18;
+    const real x59 = R_top_zz * R_top_zz;
     const real x60 = x27 + x59;
     C[1] = -(K(0.234375) * v[2]);
     C[13] = K(0.234375) * v[0];
-    /* partials, joint top.orientation */
+
+    /* Partials, joint top.orientation */
     const real x61 = K(0.234375) * v[1] - K(0.46875) * v[1];
     C[2] = x61;
     C[12] = -x61;
-    /* partials of constraint forces */
+
+    /* Partials of constraint forces */
     const real x62 = x44 - K(2.0) * x43 + (x48 - K(2.0) * x47);
     const real x63 = K(2.0) * x33 + K(2.0) * x36 - K(2.0) * x39;
     const real x64 = x31 - x55 + (x34 - x57) + (x37 - x59);
     const real x65 = x49 + (x41 + x45);
     const real x66 = x51 - (x43 + x47);
-    const real x67 = x6 * x6;
-    const real x68 = x12 * x12;
-    const real x69 = x17 * x17;
+    const real x67 = R_top_xy * R_top_xy;
+    const real x68 = R_top_yy * R_top_yy;
+    const real x69 = R_top_zy * R_top_zy;
     const real x70 = x56 + (x55 - x67) + (x58 + (x57 - x68));
     const real x71 = x32 + (x31 - x67) + (x35 + (x34 - x68));
     const real x72 = x42 - K(2.0) * x41 + (x46 - K(2.0) * x45);
     const real x73 = lam[1] * x63;
     const real x74 = lam[1] * (x71 + (x38 + (x37 - x69)));
-    const real x75 = x6 * lam[0] - x3 * lam[1];
+    const real x75 = R_top_xy * lam[0] - R_top_xx * lam[1];
     K[15] = -x75;
     K[20] = -x75;
-    const real x76 = x12 * lam[0] - x10 * lam[1];
+    const real x76 = R_top_yy * lam[0] - R_top_yx * lam[1];
     K[16] = -x76;
     K[26] = -x76;
-    const real x77 = x17 * lam[0] + x16 * lam[1];
+    const real x77 = R_top_zy * lam[0] + minus_R_top_zx * lam[1];
     K[17] = -x77;
     K[32] = -x77;
     K[1] = -(x54 * lam[1] - lam[0] * x64 - lam[2] * x63);
     K[2] = lam[0] * x65 - x73 - x54 * lam[2];
     const real x78 = lam[0] * x66 + lam[1] * (x70 + (x60 + (x59 - x69)));
     K[0] = x78 + lam[2] * (x72 + (x50 - K(2.0) * x49));
-    const real x79 = x9 * lam[1] - x6 * lam[2];
+    const real x79 = R_top_xz * lam[1] - R_top_xy * lam[2];
     K[3] = -x79;
     K[18] = -x79;
-    const real x80 = x15 * lam[1] - x12 * lam[2];
+    const real x80 = R_top_yz * lam[1] - R_top_yy * lam[2];
     K[4] = -x80;
     K[24] = -x80;
-    const real x81 = x18 * lam[1] - x17 * lam[2];
+    const real x81 = R_top_zz * lam[1] - R_top_zy * lam[2];
     K[5] = -x81;
     K[30] = -x81;
     K[6] = x40 * lam[2] - (x56 + x58 + x60) * lam[0];
     const real x82 = (x28 + x29 + x30) * lam[2];
     K[7] = (x22 + x23 - x24) * lam[0] + x82;
-    const real x83 = x9 * lam[0] - x3 * lam[2];
+    const real x83 = R_top_xz * lam[0] - R_top_xx * lam[2];
     K[9] = x83;
     K[19] = x83;
     K[8] = x40 * lam[0] - (x32 + x35 + x38) * lam[2];
-    const real x84 = x15 * lam[0] - x10 * lam[2];
+    const real x84 = R_top_yz * lam[0] - R_top_yx * lam[2];
     K[10] = x84;
     K[25] = x84;
-    const real x85 = x18 * lam[0] + x16 * lam[2];
+    const real x85 = R_top_zz * lam[0] + minus_R_top_zx * lam[2];
     K[11] = x85;
     K[31] = x85;
     K[12] = -(x53 * lam[0] + x73 + lam[2] * x66);
@@ -284,26 +298,28 @@ void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, cons
 
 void heavy_top_r3xso3_constraint(const real *q, real *restrict Phi)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
     const real x3 = q[1] * q[2];
     const real x4 = q[0] * q[3];
-    const real x5 = K(2.0) * (x3 - x4);
+    const real R_top_xy = K(2.0) * (x3 - x4);
     const real x6 = q[0] * q[2];
     const real x7 = q[1] * q[3];
     const real x8 = q[1] * q[1];
-    const real x9 = K(1.0) - K(2.0) * (x2 + x8);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x8);
     const real x10 = q[2] * q[3];
     const real x11 = q[0] * q[1];
-    const real x12 = K(2.0) * (x10 + x11);
-    /* constraint pivot */
-    const real x13 = q[4] - x5;
-    const real x14 = q[5] - x9;
-    const real x15 = q[6] - x12;
+    const real R_top_zy = K(2.0) * (x10 + x11);
+
+    /* Constraint pivot */
+    const real x13 = q[4] - R_top_xy;
+    const real x14 = q[5] - R_top_yy;
+    const real x15 = q[6] - R_top_zy;
     const real x16 = (K(1.0) - K(2.0) * (x1 + x2)) * x13;
     const real x17 = x16 + K(2.0) * (x3 + x4) * x14;
     Phi[0] = -(x17 - K(2.0) * (x6 - x7) * x15);
-    Phi[1] = -(x5 * x13 + x9 * x14 + x12 * x15);
+    Phi[1] = -(R_top_xy * x13 + R_top_yy * x14 + R_top_zy * x15);
     const real x18 = K(2.0) * (x10 - x11) * x14;
     const real x19 = (K(1.0) - K(2.0) * (x1 + x8)) * x15;
     Phi[2] = -(K(2.0) * (x6 + x7) * x13 + x18 + x19);
@@ -311,83 +327,93 @@ void heavy_top_r3xso3_constraint(const real *q, real *restrict Phi)
 
 void heavy_top_r3xso3_constraint_velocity(const real *q, const real *v, real *restrict w_out)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    const real x19 = x9 * v[0] - x3 * v[2];
-    const real x20 = x15 * v[0] - x10 * v[2];
-    const real x21 = x18 * v[0] + x16 * v[2];
-    /* constraint pivot */
-    const real x22 = q[4] - x6;
-    const real x23 = q[5] - x12;
-    const real x24 = q[6] - x17;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    const real x19 = R_top_xz * v[0] - R_top_xx * v[2];
+    const real x20 = R_top_yz * v[0] - R_top_yx * v[2];
+    const real x21 = R_top_zz * v[0] + minus_R_top_zx * v[2];
+
+    /* Constraint pivot */
+    const real x22 = q[4] - R_top_xy;
+    const real x23 = q[5] - R_top_yy;
+    const real x24 = q[6] - R_top_zy;
+
+    /* Rates of the constraints */
     const real x25 = v[3] - x19;
     const real x26 = v[4] - x20;
     const real x27 = v[5] - x21;
-    const real x28 = (x9 * v[1] - x6 * v[2]) * x22 - x3 * x25;
-    const real x29 = (x15 * v[1] - x12 * v[2]) * x23 - x10 * x26;
-    const real x30 = (x18 * v[1] - x17 * v[2]) * x24 + x16 * x27;
+    const real x28 = (R_top_xz * v[1] - R_top_xy * v[2]) * x22 - R_top_xx * x25;
+    const real x29 = (R_top_yz * v[1] - R_top_yy * v[2]) * x23 - R_top_yx * x26;
+    const real x30 = (R_top_zz * v[1] - R_top_zy * v[2]) * x24 + minus_R_top_zx * x27;
     w_out[0] = x28 + x29 + x30;
-    const real x31 = x20 * x23 + x12 * x26;
-    const real x32 = x19 * x22 + x6 * x25 + x31;
-    w_out[1] = -(x32 + (x21 * x24 + x17 * x27));
-    const real x33 = (x6 * v[0] - x3 * v[1]) * x22 - x9 * x25;
-    const real x34 = (x12 * v[0] - x10 * v[1]) * x23 - x15 * x26;
-    const real x35 = (x17 * v[0] + x16 * v[1]) * x24 - x18 * x27;
+    const real x31 = x20 * x23 + R_top_yy * x26;
+    const real x32 = x19 * x22 + R_top_xy * x25 + x31;
+    w_out[1] = -(x32 + (x21 * x24 + R_top_zy * x27));
+    const real x33 = (R_top_xy * v[0] - R_top_xx * v[1]) * x22 - R_top_xz * x25;
+    const real x34 = (R_top_yy * v[0] - R_top_yx * v[1]) * x23 - R_top_yz * x26;
+    const real x35 = (R_top_zy * v[0] + minus_R_top_zx * v[1]) * x24 - R_top_zz * x27;
     w_out[2] = x33 + x34 + x35;
 }
 
 void heavy_top_r3xso3_constraint_bias(const real *q, const real *v, real *restrict g)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    const real x19 = x9 * v[1] - x6 * v[2];
-    const real x20 = x9 * v[0] - x3 * v[2];
-    const real x21 = x6 * v[0] - x3 * v[1];
-    const real x22 = x15 * v[1] - x12 * v[2];
-    const real x23 = x15 * v[0] - x10 * v[2];
-    const real x24 = x12 * v[0] - x10 * v[1];
-    const real x25 = x18 * v[1] - x17 * v[2];
-    const real x26 = x18 * v[0] + x16 * v[2];
-    const real x27 = x17 * v[0] + x16 * v[1];
-    /* constraint pivot */
-    const real x28 = q[4] - x6;
-    const real x29 = q[5] - x12;
-    const real x30 = q[6] - x17;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    const real x19 = R_top_xz * v[1] - R_top_xy * v[2];
+    const real x20 = R_top_xz * v[0] - R_top_xx * v[2];
+    const real x21 = R_top_xy * v[0] - R_top_xx * v[1];
+    const real x22 = R_top_yz * v[1] - R_top_yy * v[2];
+    const real x23 = R_top_yz * v[0] - R_top_yx * v[2];
+    const real x24 = R_top_yy * v[0] - R_top_yx * v[1];
+    const real x25 = R_top_zz * v[1] - R_top_zy * v[2];
+    const real x26 = R_top_zz * v[0] + minus_R_top_zx * v[2];
+    const real x27 = R_top_zy * v[0] + minus_R_top_zx * v[1];
+
+    /* Constraint pivot */
+    const real x28 = q[4] - R_top_xy;
+    const real x29 = q[5] - R_top_yy;
+    const real x30 = q[6] - R_top_zy;
+
+    /* Rates of the constraints */
     const real x31 = v[3] - x20;
     const real x32 = v[4] - x23;
     const real x33 = v[5] - x26;
+
+    /* Accelerations of the constraints at vdot = 0 */
     const real x34 = v[0] * x21 - v[2] * x19;
     const real x35 = v[0] * x24 - v[2] * x22;
     const real x36 = v[0] * x27 - v[2] * x25;
@@ -395,84 +421,89 @@ void heavy_top_r3xso3_constraint_bias(const real *q, const real *v, real *restri
     const real x38 = x28 * (v[1] * x21 + v[2] * x20) - x37;
     const real x39 = x22 * x32;
     const real x40 = x29 * (v[1] * x24 + v[2] * x23) - x39;
-    const real x41 = x40 - (x39 - x10 * x35);
+    const real x41 = x40 - (x39 - R_top_yx * x35);
     const real x42 = x25 * x33;
     const real x43 = x30 * (v[1] * x27 + v[2] * x26) - x42;
-    const real x44 = x38 - (x37 - x3 * x34) + x41;
-    g[0] = -(x44 + (x43 - (x42 + x16 * x36)));
+    const real x44 = x38 - (x37 - R_top_xx * x34) + x41;
+    g[0] = -(x44 + (x43 - (x42 + minus_R_top_zx * x36)));
     const real x45 = x20 * x31;
     const real x46 = x23 * x32;
-    const real x47 = x29 * x35 - x46 - (x46 + x12 * x35);
+    const real x47 = x29 * x35 - x46 - (x46 + R_top_yy * x35);
     const real x48 = x26 * x33;
-    const real x49 = x28 * x34 - x45 - (x45 + x6 * x34) + x47;
-    g[1] = x49 + (x30 * x36 - x48 - (x48 + x17 * x36));
+    const real x49 = x28 * x34 - x45 - (x45 + R_top_xy * x34) + x47;
+    g[1] = x49 + (x30 * x36 - x48 - (x48 + R_top_zy * x36));
     const real x50 = x21 * x31;
     const real x51 = x28 * (v[0] * x20 + v[1] * x19) + x50;
     const real x52 = x24 * x32;
     const real x53 = x29 * (v[0] * x23 + v[1] * x22) + x52;
-    const real x54 = x53 + (x52 - x15 * x35);
+    const real x54 = x53 + (x52 - R_top_yz * x35);
     const real x55 = x27 * x33;
     const real x56 = x30 * (v[0] * x26 + v[1] * x25) + x55;
-    const real x57 = x51 + (x50 - x9 * x34) + x54;
-    g[2] = x57 + (x56 + (x55 - x18 * x36));
+    const real x57 = x51 + (x50 - R_top_xz * x34) + x54;
+    g[2] = x57 + (x56 + (x55 - R_top_zz * x36));
 }
 
 void heavy_top_r3xso3_constraint_jacobian(const real *q, real *restrict B)
 {
     B[7] = K(0.0);
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
-    B[3] = -x3;
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
+    B[3] = -R_top_xx;
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
-    B[9] = -x6;
+    const real R_top_xy = K(2.0) * (x4 - x5);
+    B[9] = -R_top_xy;
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    B[15] = -x9;
-    const real x10 = K(2.0) * (x4 + x5);
-    B[4] = -x10;
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    B[15] = -R_top_xz;
+    const real R_top_yx = K(2.0) * (x4 + x5);
+    B[4] = -R_top_yx;
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
-    B[10] = -x12;
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
+    B[10] = -R_top_yy;
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    B[16] = -x15;
-    const real x16 = K(2.0) * (x7 - x8);
-    B[5] = x16;
-    const real x17 = K(2.0) * (x13 + x14);
-    B[11] = -x17;
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    B[17] = -x18;
-    /* constraint pivot */
-    const real x19 = q[4] - x6;
-    const real x20 = q[5] - x12;
-    const real x21 = q[6] - x17;
-    const real x22 = x3 * x19;
-    const real x23 = x10 * x20;
-    const real x24 = x16 * x21;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    B[16] = -R_top_yz;
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    B[5] = minus_R_top_zx;
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    B[11] = -R_top_zy;
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    B[17] = -R_top_zz;
+
+    /* Constraint pivot */
+    const real x19 = q[4] - R_top_xy;
+    const real x20 = q[5] - R_top_yy;
+    const real x21 = q[6] - R_top_zy;
+    const real x22 = R_top_xx * x19;
+    const real x23 = R_top_yx * x20;
+    const real x24 = minus_R_top_zx * x21;
     B[13] = -(x22 + x23 - x24);
-    const real x25 = x6 * x19;
-    const real x26 = x12 * x20;
-    const real x27 = x17 * x21;
-    const real x28 = x9 * x19;
-    const real x29 = x15 * x20;
-    const real x30 = x18 * x21;
+    const real x25 = R_top_xy * x19;
+    const real x26 = R_top_yy * x20;
+    const real x27 = R_top_zy * x21;
+    const real x28 = R_top_xz * x19;
+    const real x29 = R_top_yz * x20;
+    const real x30 = R_top_zz * x21;
     B[1] = x28 + x29 + x30;
-    const real x31 = x25 + x3 * x3 + (x26 + x10 * x10);
-    B[2] = -(x31 + (x27 + x16 * x16));
-    const real x32 = x3 * x9 + x10 * x15 - x16 * x18;
+
+    /* Jacobian of the constraints */
+    const real x31 = x25 + R_top_xx * R_top_xx + (x26 + R_top_yx * R_top_yx);
+    B[2] = -(x31 + (x27 + minus_R_top_zx * minus_R_top_zx));
+    const real x32 = R_top_xx * R_top_xz + R_top_yx * R_top_yz - minus_R_top_zx * R_top_zz;
     B[0] = x32;
     B[14] = -x32;
-    const real x33 = x28 - x6 * x9 + (x29 - x12 * x15);
-    B[6] = -(x33 + (x30 - x17 * x18));
-    const real x34 = x22 - x3 * x6 + (x23 - x10 * x12);
-    B[8] = x34 - (x24 - x16 * x17);
-    const real x35 = x25 + x9 * x9 + (x26 + x15 * x15);
-    B[12] = x35 + (x27 + x18 * x18);
+    const real x33 = x28 - R_top_xy * R_top_xz + (x29 - R_top_yy * R_top_yz);
+    B[6] = -(x33 + (x30 - R_top_zy * R_top_zz));
+    const real x34 = x22 - R_top_xx * R_top_xy + (x23 - R_top_yx * R_top_yy);
+    B[8] = x34 - (x24 - minus_R_top_zx * R_top_zy);
+    const real x35 = x25 + R_top_xz * R_top_xz + (x26 + R_top_yz * R_top_yz);
+    B[12] = x35 + (x27 + R_top_zz * R_top_zz);
 }
 
 void heavy_top_r3xso3_constraint_size(const real *q, real *restrict size, real *restrict extent)
@@ -480,7 +511,8 @@ void heavy_top_r3xso3_constraint_size(const real *q, real *restrict size, real *
     extent[0] = K(1.0);
     extent[1] = K(1.0);
     extent[2] = K(1.0);
-    /* constraint pivot */
+
+    /* Constraint pivot */
     const real x1 = K(1.0) + (EG_ABS(q[6]) + (EG_ABS(q[4]) + EG_ABS(q[5])));
     size[0] = x1;
     size[1] = x1;
@@ -489,196 +521,208 @@ void heavy_top_r3xso3_constraint_size(const real *q, real *restrict size, real *
 
 void heavy_top_r3xso3_velocity_partials(const real *q, const real *v, real *restrict Z)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    const real x19 = x9 * v[1];
-    const real x20 = x6 * v[2];
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    const real x19 = R_top_xz * v[1];
+    const real x20 = R_top_xy * v[2];
     const real x21 = x19 - x20;
     Z[3] = x21;
-    const real x22 = x9 * v[0];
-    const real x23 = x3 * v[2];
+    const real x22 = R_top_xz * v[0];
+    const real x23 = R_top_xx * v[2];
     const real x24 = x22 - x23;
     Z[9] = -x24;
-    const real x25 = x6 * v[0];
-    const real x26 = x3 * v[1];
+    const real x25 = R_top_xy * v[0];
+    const real x26 = R_top_xx * v[1];
     const real x27 = x25 - x26;
     Z[15] = x27;
-    const real x28 = x15 * v[1];
-    const real x29 = x12 * v[2];
+    const real x28 = R_top_yz * v[1];
+    const real x29 = R_top_yy * v[2];
     const real x30 = x28 - x29;
     Z[4] = x30;
-    const real x31 = x15 * v[0];
-    const real x32 = x10 * v[2];
+    const real x31 = R_top_yz * v[0];
+    const real x32 = R_top_yx * v[2];
     const real x33 = x31 - x32;
     Z[10] = -x33;
-    const real x34 = x12 * v[0];
-    const real x35 = x10 * v[1];
+    const real x34 = R_top_yy * v[0];
+    const real x35 = R_top_yx * v[1];
     const real x36 = x34 - x35;
     Z[16] = x36;
-    const real x37 = x18 * v[1];
-    const real x38 = x17 * v[2];
+    const real x37 = R_top_zz * v[1];
+    const real x38 = R_top_zy * v[2];
     const real x39 = x37 - x38;
     Z[5] = x39;
-    const real x40 = x18 * v[0];
-    const real x41 = x16 * v[2];
+    const real x40 = R_top_zz * v[0];
+    const real x41 = minus_R_top_zx * v[2];
     const real x42 = x40 + x41;
     Z[11] = -x42;
-    const real x43 = x17 * v[0];
-    const real x44 = x16 * v[1];
+    const real x43 = R_top_zy * v[0];
+    const real x44 = minus_R_top_zx * v[1];
     const real x45 = x43 + x44;
     Z[17] = x45;
-    /* constraint pivot */
-    const real x46 = q[4] - x6;
-    const real x47 = q[5] - x12;
-    const real x48 = q[6] - x17;
+
+    /* Constraint pivot */
+    const real x46 = q[4] - R_top_xy;
+    const real x47 = q[5] - R_top_yy;
+    const real x48 = q[6] - R_top_zy;
+
+    /* Rates of the constraints */
     const real x49 = v[3] - x24;
     const real x50 = v[4] - x33;
     const real x51 = v[5] - x42;
-    const real x52 = x3 * x49;
-    const real x53 = x10 * x50;
-    const real x54 = x16 * x51;
-    const real x55 = x6 * x49;
-    const real x56 = x12 * x50;
-    const real x57 = x17 * x51;
-    const real x58 = x9 * x49;
-    const real x59 = x15 * x50;
-    const real x60 = x18 * x51;
-    const real x61 = x6 * v[1];
-    const real x62 = x9 * v[2];
-    const real x63 = x3 * v[0];
+    const real x52 = R_top_xx * x49;
+    const real x53 = R_top_yx * x50;
+    const real x54 = minus_R_top_zx * x51;
+    const real x55 = R_top_xy * x49;
+    const real x56 = R_top_yy * x50;
+    const real x57 = R_top_zy * x51;
+    const real x58 = R_top_xz * x49;
+    const real x59 = R_top_yz * x50;
+    const real x60 = R_top_zz * x51;
+    const real x61 = R_top_xy * v[1];
+    const real x62 = R_top_xz * v[2];
+    const real x63 = R_top_xx * v[0];
     const real x64 = x62 + x63;
-    const real x65 = x12 * v[1];
-    const real x66 = x15 * v[2];
-    const real x67 = x10 * v[0];
+    const real x65 = R_top_yy * v[1];
+    const real x66 = R_top_yz * v[2];
+    const real x67 = R_top_yx * v[0];
     const real x68 = x66 + x67;
-    const real x69 = x17 * v[1];
-    const real x70 = x18 * v[2];
-    const real x71 = x16 * v[0];
+    const real x69 = R_top_zy * v[1];
+    const real x70 = R_top_zz * v[2];
+    const real x71 = minus_R_top_zx * v[0];
     const real x72 = x70 - x71;
-    const real x73 = x46 * (x61 + x62) + x9 * x21 + x3 * x25;
-    const real x74 = x47 * (x65 + x66) + x15 * x30 + x10 * x34;
-    const real x75 = x35 * x47 + (x59 + x10 * x68);
-    const real x76 = x23 * x46 + x3 * x21 - (x55 + x3 * x20);
-    const real x77 = x32 * x47 + x10 * x30 - (x56 + x10 * x29);
-    const real x78 = x48 * (x69 + x70) + x18 * x39 - x16 * x43;
+    const real x73 = x46 * (x61 + x62) + R_top_xz * x21 + R_top_xx * x25;
+    const real x74 = x47 * (x65 + x66) + R_top_yz * x30 + R_top_yx * x34;
+    const real x75 = x35 * x47 + (x59 + R_top_yx * x68);
+    const real x76 = x23 * x46 + R_top_xx * x21 - (x55 + R_top_xx * x20);
+    const real x77 = x32 * x47 + R_top_yx * x30 - (x56 + R_top_yx * x29);
+    const real x78 = x48 * (x69 + x70) + R_top_zz * x39 - minus_R_top_zx * x43;
     Z[0] = -(x73 + x74 + x78);
-    const real x79 = x26 * x46 + (x58 + x3 * x64) + x75;
-    Z[1] = x79 - (x44 * x48 - (x60 - x16 * x72));
-    const real x80 = x41 * x48 + x16 * x39 + (x57 - x16 * x38);
+    const real x79 = x26 * x46 + (x58 + R_top_xx * x64) + x75;
+    Z[1] = x79 - (x44 * x48 - (x60 - minus_R_top_zx * x72));
+    const real x80 = x41 * x48 + minus_R_top_zx * x39 + (x57 - minus_R_top_zx * x38);
     Z[2] = x76 + x77 - x80;
-    const real x81 = x25 * x46 + x9 * x24 - (x58 + x6 * x25);
-    const real x82 = x34 * x47 + x15 * x33 - (x59 + x12 * x34);
-    const real x83 = x47 * x68 - x12 * x68;
-    const real x84 = x20 * x46 - x3 * x24 + (x52 - x6 * x20);
-    const real x85 = x29 * x47 - x10 * x33 + (x53 - x12 * x29);
-    const real x86 = x43 * x48 + x18 * x42 - (x60 + x17 * x43);
+    const real x81 = x25 * x46 + R_top_xz * x24 - (x58 + R_top_xy * x25);
+    const real x82 = x34 * x47 + R_top_yz * x33 - (x59 + R_top_yy * x34);
+    const real x83 = x47 * x68 - R_top_yy * x68;
+    const real x84 = x20 * x46 - R_top_xx * x24 + (x52 - R_top_xy * x20);
+    const real x85 = x29 * x47 - R_top_yx * x33 + (x53 - R_top_yy * x29);
+    const real x86 = x43 * x48 + R_top_zz * x42 - (x60 + R_top_zy * x43);
     Z[6] = x81 + x82 + x86;
-    const real x87 = x46 * x64 - x6 * x64 + x83;
-    Z[7] = -(x87 + (x48 * x72 - x17 * x72));
-    const real x88 = x38 * x48 + x16 * x42 - (x54 + x17 * x38);
+    const real x87 = x46 * x64 - R_top_xy * x64 + x83;
+    Z[7] = -(x87 + (x48 * x72 - R_top_zy * x72));
+    const real x88 = x38 * x48 + minus_R_top_zx * x42 - (x54 + R_top_zy * x38);
     Z[8] = x84 + x85 + x88;
-    const real x89 = x22 * x46 - x9 * x27 + (x55 - x9 * x25);
-    const real x90 = x31 * x47 - x15 * x36 + (x56 - x15 * x34);
-    const real x91 = x46 * (x61 + x63) - x3 * x27 + x9 * x20;
-    const real x92 = x47 * (x65 + x67) - x10 * x36 + x15 * x29;
-    const real x93 = x28 * x47 - (x53 - x15 * x68);
-    const real x94 = x40 * x48 - x18 * x45 + (x57 - x18 * x43);
+    const real x89 = x22 * x46 - R_top_xz * x27 + (x55 - R_top_xz * x25);
+    const real x90 = x31 * x47 - R_top_yz * x36 + (x56 - R_top_yz * x34);
+    const real x91 = x46 * (x61 + x63) - R_top_xx * x27 + R_top_xz * x20;
+    const real x92 = x47 * (x65 + x67) - R_top_yx * x36 + R_top_yz * x29;
+    const real x93 = x28 * x47 - (x53 - R_top_yz * x68);
+    const real x94 = x40 * x48 - R_top_zz * x45 + (x57 - R_top_zz * x43);
     Z[12] = x89 + x90 + x94;
-    const real x95 = x48 * (x69 - x71) + x16 * x45 + x18 * x38;
+    const real x95 = x48 * (x69 - x71) + minus_R_top_zx * x45 + R_top_zz * x38;
     Z[14] = -(x91 + x92 + x95);
-    const real x96 = x19 * x46 - (x52 - x9 * x64) + x93;
-    Z[13] = x96 + (x37 * x48 + (x54 + x18 * x72));
+    const real x96 = x19 * x46 - (x52 - R_top_xz * x64) + x93;
+    Z[13] = x96 + (x37 * x48 + (x54 + R_top_zz * x72));
 }
 
 void heavy_top_r3xso3_equations(const real *q, const real *v, const real *a, const real *lam, real *restrict r,
     real *restrict Phi, real *restrict w_out)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
+    const real R_top_xy = K(2.0) * (x4 - x5);
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    const real x10 = K(2.0) * (x4 + x5);
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    const real R_top_yx = K(2.0) * (x4 + x5);
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    const real x16 = K(2.0) * (x7 - x8);
-    const real x17 = K(2.0) * (x13 + x14);
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    const real x19 = x9 * v[0] - x3 * v[2];
-    const real x20 = x15 * v[0] - x10 * v[2];
-    const real x21 = x18 * v[0] + x16 * v[2];
-    /* constraint pivot */
-    const real x22 = q[4] - x6;
-    const real x23 = q[5] - x12;
-    const real x24 = q[6] - x17;
-    const real x25 = x3 * x22;
-    const real x26 = x10 * x23;
-    const real x27 = x16 * x24;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    const real x19 = R_top_xz * v[0] - R_top_xx * v[2];
+    const real x20 = R_top_yz * v[0] - R_top_yx * v[2];
+    const real x21 = R_top_zz * v[0] + minus_R_top_zx * v[2];
+
+    /* Constraint pivot */
+    const real x22 = q[4] - R_top_xy;
+    const real x23 = q[5] - R_top_yy;
+    const real x24 = q[6] - R_top_zy;
+    const real x25 = R_top_xx * x22;
+    const real x26 = R_top_yx * x23;
+    const real x27 = minus_R_top_zx * x24;
     const real x28 = x25 + x26 - x27;
     Phi[0] = -x28;
-    const real x29 = x6 * x22;
-    const real x30 = x12 * x23;
-    const real x31 = x17 * x24;
+    const real x29 = R_top_xy * x22;
+    const real x30 = R_top_yy * x23;
+    const real x31 = R_top_zy * x24;
     Phi[1] = -(x29 + x30 + x31);
-    const real x32 = x9 * x22;
-    const real x33 = x15 * x23;
-    const real x34 = x18 * x24;
+    const real x32 = R_top_xz * x22;
+    const real x33 = R_top_yz * x23;
+    const real x34 = R_top_zz * x24;
     const real x35 = x32 + x33 + x34;
     Phi[2] = -x35;
-    const real x36 = x29 + x3 * x3 + (x30 + x10 * x10);
-    const real x37 = x3 * x9 + x10 * x15 - x16 * x18;
-    const real x38 = x32 - x6 * x9 + (x33 - x12 * x15);
-    const real x39 = x25 - x3 * x6 + (x26 - x10 * x12);
-    const real x40 = x29 + x9 * x9 + (x30 + x15 * x15);
-    const real x41 = (x39 - (x27 - x16 * x17)) * lam[1];
-    const real x42 = x37 * lam[0] - (x38 + (x34 - x17 * x18)) * lam[1];
-    const real x43 = (x36 + (x31 + x16 * x16)) * lam[0] - x41;
-    const real x44 = x42 + (x40 + (x31 + x18 * x18)) * lam[2];
+
+    /* Jacobian of the constraints */
+    const real x36 = x29 + R_top_xx * R_top_xx + (x30 + R_top_yx * R_top_yx);
+    const real x37 = R_top_xx * R_top_xz + R_top_yx * R_top_yz - minus_R_top_zx * R_top_zz;
+    const real x38 = x32 - R_top_xy * R_top_xz + (x33 - R_top_yy * R_top_yz);
+    const real x39 = x25 - R_top_xx * R_top_xy + (x26 - R_top_yx * R_top_yy);
+    const real x40 = x29 + R_top_xz * R_top_xz + (x30 + R_top_yz * R_top_yz);
+
+    /* Constraint forces */
+    const real x41 = (x39 - (x27 - minus_R_top_zx * R_top_zy)) * lam[1];
+    const real x42 = x37 * lam[0] - (x38 + (x34 - R_top_zy * R_top_zz)) * lam[1];
+    const real x43 = (x36 + (x31 + minus_R_top_zx * minus_R_top_zx)) * lam[0] - x41;
+    const real x44 = x42 + (x40 + (x31 + R_top_zz * R_top_zz)) * lam[2];
     r[0] = K(0.234375) * (a[0] - v[1] * v[2]) + x44;
     r[1] = K(0.46875) * a[1] + (x35 * lam[0] - x28 * lam[2]);
     r[2] = K(0.234375) * (a[2] + v[0] * v[1]) - (x43 + x37 * lam[2]);
-    const real x45 = x3 * lam[0] + x6 * lam[1] + x9 * lam[2];
+    const real x45 = R_top_xx * lam[0] + R_top_xy * lam[1] + R_top_xz * lam[2];
     r[3] = K(15.0) * a[3] - x45;
-    const real x46 = x10 * lam[0] + x12 * lam[1] + x15 * lam[2];
+    const real x46 = R_top_yx * lam[0] + R_top_yy * lam[1] + R_top_yz * lam[2];
     r[4] = K(15.0) * a[4] - x46;
-    const real x47 = x16 * lam[0] - x17 * lam[1] - x18 * lam[2];
+    const real x47 = minus_R_top_zx * lam[0] - R_top_zy * lam[1] - R_top_zz * lam[2];
     r[5] = K(15.0) * (a[5] + K(9.81)) + x47;
+
+    /* Rates of the constraints */
     const real x48 = v[3] - x19;
     const real x49 = v[4] - x20;
     const real x50 = v[5] - x21;
-    const real x51 = (x9 * v[1] - x6 * v[2]) * x22 - x3 * x48;
-    const real x52 = (x15 * v[1] - x12 * v[2]) * x23 - x10 * x49;
-    const real x53 = (x18 * v[1] - x17 * v[2]) * x24 + x16 * x50;
+    const real x51 = (R_top_xz * v[1] - R_top_xy * v[2]) * x22 - R_top_xx * x48;
+    const real x52 = (R_top_yz * v[1] - R_top_yy * v[2]) * x23 - R_top_yx * x49;
+    const real x53 = (R_top_zz * v[1] - R_top_zy * v[2]) * x24 + minus_R_top_zx * x50;
     w_out[0] = x51 + x52 + x53;
-    const real x54 = x20 * x23 + x12 * x49;
-    const real x55 = x19 * x22 + x6 * x48 + x54;
-    w_out[1] = -(x55 + (x21 * x24 + x17 * x50));
-    const real x56 = (x6 * v[0] - x3 * v[1]) * x22 - x9 * x48;
-    const real x57 = (x12 * v[0] - x10 * v[1]) * x23 - x15 * x49;
-    const real x58 = (x17 * v[0] + x16 * v[1]) * x24 - x18 * x50;
+    const real x54 = x20 * x23 + R_top_yy * x49;
+    const real x55 = x19 * x22 + R_top_xy * x48 + x54;
+    w_out[1] = -(x55 + (x21 * x24 + R_top_zy * x50));
+    const real x56 = (R_top_xy * v[0] - R_top_xx * v[1]) * x22 - R_top_xz * x48;
+    const real x57 = (R_top_yy * v[0] - R_top_yx * v[1]) * x23 - R_top_yz * x49;
+    const real x58 = (R_top_zy * v[0] + minus_R_top_zx * v[1]) * x24 - R_top_zz * x50;
     w_out[2] = x56 + x57 + x58;
 }
 
@@ -692,296 +736,309 @@ void heavy_top_r3xso3_iteration(const real *q, const real *v, const real *a, con
     M[3] = K(15.0);
     M[4] = K(15.0);
     M[5] = K(15.0);
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
-    B[3] = -x3;
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
+    B[3] = -R_top_xx;
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
-    B[8] = -x6;
+    const real R_top_xy = K(2.0) * (x4 - x5);
+    B[8] = -R_top_xy;
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    B[14] = -x9;
-    const real x10 = K(2.0) * (x4 + x5);
-    B[4] = -x10;
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    B[14] = -R_top_xz;
+    const real R_top_yx = K(2.0) * (x4 + x5);
+    B[4] = -R_top_yx;
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
-    B[9] = -x12;
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
+    B[9] = -R_top_yy;
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    B[15] = -x15;
-    const real x16 = K(2.0) * (x7 - x8);
-    B[5] = x16;
-    const real x17 = K(2.0) * (x13 + x14);
-    B[10] = -x17;
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    B[16] = -x18;
-    const real x19 = x9 * v[1];
-    const real x20 = x6 * v[2];
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    B[15] = -R_top_yz;
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    B[5] = minus_R_top_zx;
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    B[10] = -R_top_zy;
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    B[16] = -R_top_zz;
+    const real x19 = R_top_xz * v[1];
+    const real x20 = R_top_xy * v[2];
     const real x21 = x19 - x20;
     Z[3] = x21;
-    const real x22 = x9 * v[0];
-    const real x23 = x3 * v[2];
+    const real x22 = R_top_xz * v[0];
+    const real x23 = R_top_xx * v[2];
     const real x24 = x22 - x23;
     Z[9] = -x24;
-    const real x25 = x6 * v[0];
-    const real x26 = x3 * v[1];
+    const real x25 = R_top_xy * v[0];
+    const real x26 = R_top_xx * v[1];
     const real x27 = x25 - x26;
     Z[15] = x27;
-    const real x28 = x15 * v[1];
-    const real x29 = x12 * v[2];
+    const real x28 = R_top_yz * v[1];
+    const real x29 = R_top_yy * v[2];
     const real x30 = x28 - x29;
     Z[4] = x30;
-    const real x31 = x15 * v[0];
-    const real x32 = x10 * v[2];
+    const real x31 = R_top_yz * v[0];
+    const real x32 = R_top_yx * v[2];
     const real x33 = x31 - x32;
     Z[10] = -x33;
-    const real x34 = x12 * v[0];
-    const real x35 = x10 * v[1];
+    const real x34 = R_top_yy * v[0];
+    const real x35 = R_top_yx * v[1];
     const real x36 = x34 - x35;
     Z[16] = x36;
-    const real x37 = x18 * v[1];
-    const real x38 = x17 * v[2];
+    const real x37 = R_top_zz * v[1];
+    const real x38 = R_top_zy * v[2];
     const real x39 = x37 - x38;
     Z[5] = x39;
-    const real x40 = x18 * v[0];
-    const real x41 = x16 * v[2];
+    const real x40 = R_top_zz * v[0];
+    const real x41 = minus_R_top_zx * v[2];
     const real x42 = x40 + x41;
     Z[11] = -x42;
-    const real x43 = x17 * v[0];
-    const real x44 = x16 * v[1];
+    const real x43 = R_top_zy * v[0];
+    const real x44 = minus_R_top_zx * v[1];
     const real x45 = x43 + x44;
     Z[17] = x45;
-    /* constraint pivot */
-    const real x46 = q[4] - x6;
-    const real x47 = q[5] - x12;
-    const real x48 = q[6] - x17;
-    const real x49 = x3 * x46;
-    const real x50 = x10 * x47;
-    const real x51 = x16 * x48;
+
+    /* Constraint pivot */
+    const real x46 = q[4] - R_top_xy;
+    const real x47 = q[5] - R_top_yy;
+    const real x48 = q[6] - R_top_zy;
+    const real x49 = R_top_xx * x46;
+    const real x50 = R_top_yx * x47;
+    const real x51 = minus_R_top_zx * x48;
     const real x52 = x49 + x50 - x51;
     B[12] = -x52;
-    const real x53 = x6 * x46;
-    const real x54 = x12 * x47;
-    const real x55 = x17 * x48;
-    const real x56 = x9 * x46;
-    const real x57 = x15 * x47;
-    const real x58 = x18 * x48;
+    const real x53 = R_top_xy * x46;
+    const real x54 = R_top_yy * x47;
+    const real x55 = R_top_zy * x48;
+    const real x56 = R_top_xz * x46;
+    const real x57 = R_top_yz * x47;
+    const real x58 = R_top_zz * x48;
     const real x59 = x56 + x57 + x58;
     B[1] = x59;
-    const real x60 = x3 * x3;
+
+    /* Jacobian of the constraints */
+    const real x60 = R_top_xx * R_top_xx;
     const real x61 = x53 + x60;
-    const real x62 = x3 * x9;
-    const real x63 = x10 * x10;
+    const real x62 = R_top_xx * R_top_xz;
+    const real x63 = R_top_yx * R_top_yx;
     const real x64 = x54 + x63;
-    const real x65 = x10 * x15;
-    const real x66 = x16 * x16;
+    const real x65 = R_top_yx * R_top_yz;
+    const real x66 = minus_R_top_zx * minus_R_top_zx;
     const real x67 = x55 + x66;
-    const real x68 = x16 * x18;
+    const real x68 = minus_R_top_zx * R_top_zz;
     const real x69 = x61 + x64 + x67;
     B[2] = -x69;
     const real x70 = x62 + x65 - x68;
     B[0] = x70;
     B[13] = -x70;
-    const real x71 = x6 * x9;
+    const real x71 = R_top_xy * R_top_xz;
     const real x72 = x56 - x71;
-    const real x73 = x3 * x6;
+    const real x73 = R_top_xx * R_top_xy;
     const real x74 = x49 - x73;
-    const real x75 = x12 * x15;
+    const real x75 = R_top_yy * R_top_yz;
     const real x76 = x57 - x75;
-    const real x77 = x10 * x12;
+    const real x77 = R_top_yx * R_top_yy;
     const real x78 = x50 - x77;
-    const real x79 = x17 * x18;
+    const real x79 = R_top_zy * R_top_zz;
     const real x80 = x58 - x79;
-    const real x81 = x16 * x17;
+    const real x81 = minus_R_top_zx * R_top_zy;
     const real x82 = x51 - x81;
     const real x83 = x72 + x76 + x80;
     B[6] = -x83;
     const real x84 = x74 + x78 - x82;
     B[7] = x84;
-    const real x85 = x9 * x9;
+    const real x85 = R_top_xz * R_top_xz;
     const real x86 = x53 + x85;
-    const real x87 = x15 * x15;
+    const real x87 = R_top_yz * R_top_yz;
     const real x88 = x54 + x87;
-    const real x89 = x18 * x18;
+    const real x89 = R_top_zz * R_top_zz;
     const real x90 = x55 + x89;
     const real x91 = x86 + x88 + x90;
     B[11] = x91;
     C[0] = -(K(0.234375) * v[2]);
     C[3] = K(0.234375) * v[0];
-    /* partials, joint top.orientation */
+
+    /* Partials, joint top.orientation */
     const real x92 = K(0.234375) * v[1] - K(0.46875) * v[1];
     C[1] = x92;
     C[2] = -x92;
-    /* partials of constraint forces */
+
+    /* Partials of constraint forces */
     const real x93 = x74 - K(2.0) * x73 + (x78 - K(2.0) * x77);
     const real x94 = K(2.0) * x62 + K(2.0) * x65 - K(2.0) * x68;
     const real x95 = x60 - x85 + (x63 - x87) + (x66 - x89);
     const real x96 = x79 + (x71 + x75);
     const real x97 = x81 - (x73 + x77);
-    const real x98 = x6 * x6;
-    const real x99 = x12 * x12;
-    const real x100 = x17 * x17;
+    const real x98 = R_top_xy * R_top_xy;
+    const real x99 = R_top_yy * R_top_yy;
+    const real x100 = R_top_zy * R_top_zy;
     const real x101 = x86 + (x85 - x98) + (x88 + (x87 - x99));
     const real x102 = x61 + (x60 - x98) + (x64 + (x63 - x99));
     const real x103 = x72 - K(2.0) * x71 + (x76 - K(2.0) * x75);
     const real x104 = lam[1] * x94;
     const real x105 = lam[1] * (x102 + (x67 + (x66 - x100)));
-    const real x106 = x6 * lam[0] - x3 * lam[1];
+    const real x106 = R_top_xy * lam[0] - R_top_xx * lam[1];
     K[15] = -x106;
     K[20] = -x106;
-    const real x107 = x12 * lam[0] - x10 * lam[1];
+    const real x107 = R_top_yy * lam[0] - R_top_yx * lam[1];
     K[16] = -x107;
     K[23] = -x107;
-    const real x108 = x17 * lam[0] + x16 * lam[1];
+    const real x108 = R_top_zy * lam[0] + minus_R_top_zx * lam[1];
     K[17] = -x108;
     K[26] = -x108;
     K[1] = -(x84 * lam[1] - lam[0] * x95 - lam[2] * x94);
     K[2] = lam[0] * x96 - x104 - x84 * lam[2];
     const real x109 = lam[0] * x97 + lam[1] * (x101 + (x90 + (x89 - x100)));
     K[0] = x109 + lam[2] * (x103 + (x80 - K(2.0) * x79));
-    const real x110 = x9 * lam[1] - x6 * lam[2];
+    const real x110 = R_top_xz * lam[1] - R_top_xy * lam[2];
     K[3] = -x110;
     K[18] = -x110;
-    const real x111 = x15 * lam[1] - x12 * lam[2];
+    const real x111 = R_top_yz * lam[1] - R_top_yy * lam[2];
     K[4] = -x111;
     K[21] = -x111;
-    const real x112 = x18 * lam[1] - x17 * lam[2];
+    const real x112 = R_top_zz * lam[1] - R_top_zy * lam[2];
     K[5] = -x112;
     K[24] = -x112;
     K[6] = x70 * lam[2] - x91 * lam[0];
     K[7] = x52 * lam[0] + x59 * lam[2];
-    const real x113 = x9 * lam[0] - x3 * lam[2];
+    const real x113 = R_top_xz * lam[0] - R_top_xx * lam[2];
     K[9] = x113;
     K[19] = x113;
     K[8] = x70 * lam[0] - x69 * lam[2];
-    const real x114 = x15 * lam[0] - x10 * lam[2];
+    const real x114 = R_top_yz * lam[0] - R_top_yx * lam[2];
     K[10] = x114;
     K[22] = x114;
-    const real x115 = x18 * lam[0] + x16 * lam[2];
+    const real x115 = R_top_zz * lam[0] + minus_R_top_zx * lam[2];
     K[11] = x115;
     K[25] = x115;
     K[12] = -(x83 * lam[0] + x104 + lam[2] * x97);
     const real x116 = lam[0] * (x93 - (x82 - K(2.0) * x81)) + x105;
     K[14] = x116 - lam[2] * x96;
     K[13] = -(x83 * lam[1] - lam[0] * x94 + lam[2] * x95);
+
+    /* Rates of the constraints */
     const real x117 = v[3] - x24;
     const real x118 = v[4] - x33;
     const real x119 = v[5] - x42;
-    const real x120 = x3 * x117;
-    const real x121 = x10 * x118;
-    const real x122 = x16 * x119;
-    const real x123 = x6 * x117;
-    const real x124 = x12 * x118;
-    const real x125 = x17 * x119;
-    const real x126 = x9 * x117;
-    const real x127 = x15 * x118;
-    const real x128 = x18 * x119;
-    const real x129 = x6 * v[1];
-    const real x130 = x9 * v[2];
-    const real x131 = x3 * v[0];
+    const real x120 = R_top_xx * x117;
+    const real x121 = R_top_yx * x118;
+    const real x122 = minus_R_top_zx * x119;
+    const real x123 = R_top_xy * x117;
+    const real x124 = R_top_yy * x118;
+    const real x125 = R_top_zy * x119;
+    const real x126 = R_top_xz * x117;
+    const real x127 = R_top_yz * x118;
+    const real x128 = R_top_zz * x119;
+    const real x129 = R_top_xy * v[1];
+    const real x130 = R_top_xz * v[2];
+    const real x131 = R_top_xx * v[0];
     const real x132 = x130 + x131;
-    const real x133 = x12 * v[1];
-    const real x134 = x15 * v[2];
-    const real x135 = x10 * v[0];
+    const real x133 = R_top_yy * v[1];
+    const real x134 = R_top_yz * v[2];
+    const real x135 = R_top_yx * v[0];
     const real x136 = x134 + x135;
-    const real x137 = x17 * v[1];
-    const real x138 = x18 * v[2];
-    const real x139 = x16 * v[0];
+    const real x137 = R_top_zy * v[1];
+    const real x138 = R_top_zz * v[2];
+    const real x139 = minus_R_top_zx * v[0];
     const real x140 = x138 - x139;
-    const real x141 = x46 * (x129 + x130) + x9 * x21 + x3 * x25;
-    const real x142 = x47 * (x133 + x134) + x15 * x30 + x10 * x34;
-    const real x143 = x35 * x47 + (x127 + x10 * x136);
-    const real x144 = x23 * x46 + x3 * x21 - (x123 + x3 * x20);
-    const real x145 = x32 * x47 + x10 * x30 - (x124 + x10 * x29);
-    const real x146 = x48 * (x137 + x138) + x18 * x39 - x16 * x43;
+    const real x141 = x46 * (x129 + x130) + R_top_xz * x21 + R_top_xx * x25;
+    const real x142 = x47 * (x133 + x134) + R_top_yz * x30 + R_top_yx * x34;
+    const real x143 = x35 * x47 + (x127 + R_top_yx * x136);
+    const real x144 = x23 * x46 + R_top_xx * x21 - (x123 + R_top_xx * x20);
+    const real x145 = x32 * x47 + R_top_yx * x30 - (x124 + R_top_yx * x29);
+    const real x146 = x48 * (x137 + x138) + R_top_zz * x39 - minus_R_top_zx * x43;
     Z[0] = -(x141 + x142 + x146);
-    const real x147 = x26 * x46 + (x126 + x3 * x132) + x143;
-    Z[1] = x147 - (x44 * x48 - (x128 - x16 * x140));
-    const real x148 = x41 * x48 + x16 * x39 + (x125 - x16 * x38);
+    const real x147 = x26 * x46 + (x126 + R_top_xx * x132) + x143;
+    Z[1] = x147 - (x44 * x48 - (x128 - minus_R_top_zx * x140));
+    const real x148 = x41 * x48 + minus_R_top_zx * x39 + (x125 - minus_R_top_zx * x38);
     Z[2] = x144 + x145 - x148;
-    const real x149 = x25 * x46 + x9 * x24 - (x126 + x6 * x25);
-    const real x150 = x34 * x47 + x15 * x33 - (x127 + x12 * x34);
-    const real x151 = x47 * x136 - x12 * x136;
-    const real x152 = x20 * x46 - x3 * x24 + (x120 - x6 * x20);
-    const real x153 = x29 * x47 - x10 * x33 + (x121 - x12 * x29);
-    const real x154 = x43 * x48 + x18 * x42 - (x128 + x17 * x43);
+    const real x149 = x25 * x46 + R_top_xz * x24 - (x126 + R_top_xy * x25);
+    const real x150 = x34 * x47 + R_top_yz * x33 - (x127 + R_top_yy * x34);
+    const real x151 = x47 * x136 - R_top_yy * x136;
+    const real x152 = x20 * x46 - R_top_xx * x24 + (x120 - R_top_xy * x20);
+    const real x153 = x29 * x47 - R_top_yx * x33 + (x121 - R_top_yy * x29);
+    const real x154 = x43 * x48 + R_top_zz * x42 - (x128 + R_top_zy * x43);
     Z[6] = x149 + x150 + x154;
-    const real x155 = x46 * x132 - x6 * x132 + x151;
-    Z[7] = -(x155 + (x48 * x140 - x17 * x140));
-    const real x156 = x38 * x48 + x16 * x42 - (x122 + x17 * x38);
+    const real x155 = x46 * x132 - R_top_xy * x132 + x151;
+    Z[7] = -(x155 + (x48 * x140 - R_top_zy * x140));
+    const real x156 = x38 * x48 + minus_R_top_zx * x42 - (x122 + R_top_zy * x38);
     Z[8] = x152 + x153 + x156;
-    const real x157 = x22 * x46 - x9 * x27 + (x123 - x9 * x25);
-    const real x158 = x31 * x47 - x15 * x36 + (x124 - x15 * x34);
-    const real x159 = x46 * (x129 + x131) - x3 * x27 + x9 * x20;
-    const real x160 = x47 * (x133 + x135) - x10 * x36 + x15 * x29;
-    const real x161 = x28 * x47 - (x121 - x15 * x136);
-    const real x162 = x40 * x48 - x18 * x45 + (x125 - x18 * x43);
+    const real x157 = x22 * x46 - R_top_xz * x27 + (x123 - R_top_xz * x25);
+    const real x158 = x31 * x47 - R_top_yz * x36 + (x124 - R_top_yz * x34);
+    const real x159 = x46 * (x129 + x131) - R_top_xx * x27 + R_top_xz * x20;
+    const real x160 = x47 * (x133 + x135) - R_top_yx * x36 + R_top_yz * x29;
+    const real x161 = x28 * x47 - (x121 - R_top_yz * x136);
+    const real x162 = x40 * x48 - R_top_zz * x45 + (x125 - R_top_zz * x43);
     Z[12] = x157 + x158 + x162;
-    const real x163 = x48 * (x137 - x139) + x16 * x45 + x18 * x38;
+    const real x163 = x48 * (x137 - x139) + minus_R_top_zx * x45 + R_top_zz * x38;
     Z[14] = -(x159 + x160 + x163);
-    const real x164 = x19 * x46 - (x120 - x9 * x132) + x161;
-    Z[13] = x164 + (x37 * x48 + (x122 + x18 * x140));
+    const real x164 = x19 * x46 - (x120 - R_top_xz * x132) + x161;
+    Z[13] = x164 + (x37 * x48 + (x122 + R_top_zz * x140));
 }
 
 void heavy_top_r3xso3_jacobian_values(const real *q, real *restrict B)
 {
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
-    const real x3 = K(1.0) - K(2.0) * (x1 + x2);
-    B[3] = -x3;
+    const real R_top_xx = K(1.0) - K(2.0) * (x1 + x2);
+    B[3] = -R_top_xx;
     const real x4 = q[1] * q[2];
     const real x5 = q[0] * q[3];
-    const real x6 = K(2.0) * (x4 - x5);
-    B[8] = -x6;
+    const real R_top_xy = K(2.0) * (x4 - x5);
+    B[8] = -R_top_xy;
     const real x7 = q[0] * q[2];
     const real x8 = q[1] * q[3];
-    const real x9 = K(2.0) * (x7 + x8);
-    B[14] = -x9;
-    const real x10 = K(2.0) * (x4 + x5);
-    B[4] = -x10;
+    const real R_top_xz = K(2.0) * (x7 + x8);
+    B[14] = -R_top_xz;
+    const real R_top_yx = K(2.0) * (x4 + x5);
+    B[4] = -R_top_yx;
     const real x11 = q[1] * q[1];
-    const real x12 = K(1.0) - K(2.0) * (x2 + x11);
-    B[9] = -x12;
+    const real R_top_yy = K(1.0) - K(2.0) * (x2 + x11);
+    B[9] = -R_top_yy;
     const real x13 = q[2] * q[3];
     const real x14 = q[0] * q[1];
-    const real x15 = K(2.0) * (x13 - x14);
-    B[15] = -x15;
-    const real x16 = K(2.0) * (x7 - x8);
-    B[5] = x16;
-    const real x17 = K(2.0) * (x13 + x14);
-    B[10] = -x17;
-    const real x18 = K(1.0) - K(2.0) * (x1 + x11);
-    B[16] = -x18;
-    /* constraint pivot */
-    const real x19 = q[4] - x6;
-    const real x20 = q[5] - x12;
-    const real x21 = q[6] - x17;
-    const real x22 = x3 * x19;
-    const real x23 = x10 * x20;
-    const real x24 = x16 * x21;
+    const real R_top_yz = K(2.0) * (x13 - x14);
+    B[15] = -R_top_yz;
+    const real minus_R_top_zx = K(2.0) * (x7 - x8);
+    B[5] = minus_R_top_zx;
+    const real R_top_zy = K(2.0) * (x13 + x14);
+    B[10] = -R_top_zy;
+    const real R_top_zz = K(1.0) - K(2.0) * (x1 + x11);
+    B[16] = -R_top_zz;
+
+    /* Constraint pivot */
+    const real x19 = q[4] - R_top_xy;
+    const real x20 = q[5] - R_top_yy;
+    const real x21 = q[6] - R_top_zy;
+    const real x22 = R_top_xx * x19;
+    const real x23 = R_top_yx * x20;
+    const real x24 = minus_R_top_zx * x21;
     B[12] = -(x22 + x23 - x24);
-    const real x25 = x6 * x19;
-    const real x26 = x12 * x20;
-    const real x27 = x17 * x21;
-    const real x28 = x9 * x19;
-    const real x29 = x15 * x20;
-    const real x30 = x18 * x21;
+    const real x25 = R_top_xy * x19;
+    const real x26 = R_top_yy * x20;
+    const real x27 = R_top_zy * x21;
+    const real x28 = R_top_xz * x19;
+    const real x29 = R_top_yz * x20;
+    const real x30 = R_top_zz * x21;
     B[1] = x28 + x29 + x30;
-    const real x31 = x25 + x3 * x3 + (x26 + x10 * x10);
-    B[2] = -(x31 + (x27 + x16 * x16));
-    const real x32 = x3 * x9 + x10 * x15 - x16 * x18;
+
+    /* Jacobian of the constraints */
+    const real x31 = x25 + R_top_xx * R_top_xx + (x26 + R_top_yx * R_top_yx);
+    B[2] = -(x31 + (x27 + minus_R_top_zx * minus_R_top_zx));
+    const real x32 = R_top_xx * R_top_xz + R_top_yx * R_top_yz - minus_R_top_zx * R_top_zz;
     B[0] = x32;
     B[13] = -x32;
-    const real x33 = x28 - x6 * x9 + (x29 - x12 * x15);
-    B[6] = -(x33 + (x30 - x17 * x18));
-    const real x34 = x22 - x3 * x6 + (x23 - x10 * x12);
-    B[7] = x34 - (x24 - x16 * x17);
-    const real x35 = x25 + x9 * x9 + (x26 + x15 * x15);
-    B[11] = x35 + (x27 + x18 * x18);
+    const real x33 = x28 - R_top_xy * R_top_xz + (x29 - R_top_yy * R_top_yz);
+    B[6] = -(x33 + (x30 - R_top_zy * R_top_zz));
+    const real x34 = x22 - R_top_xx * R_top_xy + (x23 - R_top_yx * R_top_yy);
+    B[7] = x34 - (x24 - minus_R_top_zx * R_top_zy);
+    const real x35 = x25 + R_top_xz * R_top_xz + (x26 + R_top_yz * R_top_yz);
+    B[11] = x35 + (x27 + R_top_zz * R_top_zz);
 }
 
 void heavy_top_r3xso3_poses(const real *q, real *restrict pose)
@@ -990,7 +1047,8 @@ void heavy_top_r3xso3_poses(const real *q, real *restrict pose)
     pose[1] = q[1];
     pose[2] = q[2];
     pose[3] = q[3];
-    /* constraint pivot */
+
+    /* Constraint pivot */
     pose[4] = q[4] - K(2.0) * (q[1] * q[2] - q[0] * q[3]);
     pose[5] = q[5] - (K(1.0) - K(2.0) * (q[3] * q[3] + q[1] * q[1]));
     pose[6] = q[6] - K(2.0) * (q[2] * q[3] + q[0] * q[1]);
@@ -1001,6 +1059,8 @@ void heavy_top_r3xso3_twists(const real *q, const real *v, real *restrict twist)
     twist[0] = v[0];
     twist[1] = v[1];
     twist[2] = v[2];
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
     const real x3 = q[1] * q[2];
@@ -1010,7 +1070,8 @@ void heavy_top_r3xso3_twists(const real *q, const real *v, real *restrict twist)
     const real x7 = q[1] * q[1];
     const real x8 = q[2] * q[3];
     const real x9 = q[0] * q[1];
-    /* screws of joint top.orientation */
+
+    /* Screws of joint top.orientation */
     const real x10 = v[3] * (K(1.0) - K(2.0) * (x1 + x2));
     const real x11 = x10 + v[4] * (K(2.0) * (x3 + x4));
     const real x12 = v[4] * (K(1.0) - K(2.0) * (x2 + x7));
@@ -1027,6 +1088,8 @@ void heavy_top_r3xso3_outputs(const real *q, const real *v, real *restrict y)
     y[0] = q[4];
     y[1] = q[5];
     y[2] = q[6];
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
     const real x3 = q[1] * q[2];
@@ -1036,22 +1099,24 @@ void heavy_top_r3xso3_outputs(const real *q, const real *v, real *restrict y)
     const real x7 = q[1] * q[1];
     const real x8 = q[2] * q[3];
     const real x9 = q[0] * q[1];
-    /* screws of joint top.orientation */
+
+    /* Screws of joint top.orientation */
     const real x10 = v[3] * (K(1.0) - K(2.0) * (x1 + x2));
     const real x11 = x10 + v[4] * (K(2.0) * (x3 + x4));
-    const real x12 = x11 - v[5] * (K(2.0) * (x5 - x6));
+    const real v_top_x = x11 - v[5] * (K(2.0) * (x5 - x6));
     const real x13 = v[4] * (K(1.0) - K(2.0) * (x2 + x7));
     const real x14 = v[3] * (K(2.0) * (x3 - x4)) + x13;
-    const real x15 = x14 + v[5] * (K(2.0) * (x8 + x9));
+    const real v_top_y = x14 + v[5] * (K(2.0) * (x8 + x9));
     const real x16 = v[4] * (K(2.0) * (x8 - x9));
     const real x17 = v[5] * (K(1.0) - K(2.0) * (x1 + x7));
-    const real x18 = v[3] * (K(2.0) * (x5 + x6)) + x16 + x17;
-    /* energy of link top */
+    const real v_top_z = v[3] * (K(2.0) * (x5 + x6)) + x16 + x17;
+
+    /* Energy of link top */
     const real x19 = K(0.5) * (v[1] * v[1]);
-    const real x20 = K(0.5) * (x12 * x12) + K(0.5) * (x15 * x15);
+    const real x20 = K(0.5) * (v_top_x * v_top_x) + K(0.5) * (v_top_y * v_top_y);
     const real x21 = K(0.234375) * (x19 + K(0.5) * (v[0] * v[0]));
     const real x22 = K(0.234375) * (x19 + K(0.5) * (v[2] * v[2])) + x21;
-    const real x23 = K(15.0) * (K(0.5) * (x18 * x18) + x20) + x22;
+    const real x23 = K(15.0) * (K(0.5) * (v_top_z * v_top_z) + x20) + x22;
     y[3] = x23 + K(147.15) * q[6];
 }
 
@@ -1059,6 +1124,8 @@ void heavy_top_r3xso3_energy(const real *q, const real *v, real *restrict energy
 {
     energy[2] = K(0.0);
     energy[3] = K(0.0);
+
+    /* Rotation of body top */
     const real x1 = q[2] * q[2];
     const real x2 = q[3] * q[3];
     const real x3 = q[1] * q[2];
@@ -1068,22 +1135,24 @@ void heavy_top_r3xso3_energy(const real *q, const real *v, real *restrict energy
     const real x7 = q[1] * q[1];
     const real x8 = q[2] * q[3];
     const real x9 = q[0] * q[1];
-    /* screws of joint top.orientation */
+
+    /* Screws of joint top.orientation */
     const real x10 = v[3] * (K(1.0) - K(2.0) * (x1 + x2));
     const real x11 = x10 + v[4] * (K(2.0) * (x3 + x4));
-    const real x12 = x11 - v[5] * (K(2.0) * (x5 - x6));
+    const real v_top_x = x11 - v[5] * (K(2.0) * (x5 - x6));
     const real x13 = v[4] * (K(1.0) - K(2.0) * (x2 + x7));
     const real x14 = v[3] * (K(2.0) * (x3 - x4)) + x13;
-    const real x15 = x14 + v[5] * (K(2.0) * (x8 + x9));
+    const real v_top_y = x14 + v[5] * (K(2.0) * (x8 + x9));
     const real x16 = v[4] * (K(2.0) * (x8 - x9));
     const real x17 = v[5] * (K(1.0) - K(2.0) * (x1 + x7));
-    const real x18 = v[3] * (K(2.0) * (x5 + x6)) + x16 + x17;
-    /* energy of link top */
+    const real v_top_z = v[3] * (K(2.0) * (x5 + x6)) + x16 + x17;
+
+    /* Energy of link top */
     const real x19 = K(0.5) * (v[1] * v[1]);
-    const real x20 = K(0.5) * (x12 * x12) + K(0.5) * (x15 * x15);
+    const real x20 = K(0.5) * (v_top_x * v_top_x) + K(0.5) * (v_top_y * v_top_y);
     const real x21 = K(0.234375) * (x19 + K(0.5) * (v[0] * v[0]));
     const real x22 = K(0.234375) * (x19 + K(0.5) * (v[2] * v[2])) + x21;
-    energy[0] = K(15.0) * (K(0.5) * (x18 * x18) + x20) + x22;
+    energy[0] = K(15.0) * (K(0.5) * (v_top_z * v_top_z) + x20) + x22;
     energy[1] = K(147.15) * q[6];
 }
 

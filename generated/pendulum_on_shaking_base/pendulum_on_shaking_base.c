@@ -36,7 +36,7 @@ void pendulum_on_shaking_base_force(const real *q, const real *v, const pendulum
 {
     (void)v;
     (void)base;
-    /* weight carried by joint hinge */
+    /* Weight carried by joint hinge */
     Q[0] = -(K(0.73575) * EG_SIN(q[0]));
 }
 
@@ -44,31 +44,38 @@ void pendulum_on_shaking_base_base_motion(const real *q, const real *v,
     const pendulum_on_shaking_base_base_state *base, real *restrict b)
 {
     (void)v;
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* inertia forces of link bob */
-    b[0] = K(0.075) * (x1 * base->velocity_dot[2] + x2 * base->velocity_dot[0]);
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Inertia forces of link bob */
+    b[0] = K(0.075) * (sin_hinge * base->velocity_dot[2] + cos_hinge * base->velocity_dot[0]);
 }
 
 void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, const real *a,
     const pendulum_on_shaking_base_base_state *base, real *restrict tau)
 {
     (void)v;
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* inertia forces of link bob */
-    const real x3 = K(0.075) * (x2 * base->velocity_dot[0] + x1 * (K(9.81) + base->velocity_dot[2]));
-    tau[0] = x3 + K(0.01875) * a[0];
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Inertia forces of link bob */
+    const real minus_M_bob_y = K(0.075) * (cos_hinge * base->velocity_dot[0]
+        + sin_hinge * (K(9.81) + base->velocity_dot[2]));
+    tau[0] = minus_M_bob_y + K(0.01875) * a[0];
 }
 
 void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v,
     const pendulum_on_shaking_base_base_state *base, real *restrict vdot)
 {
     (void)v;
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* acceleration of joint hinge */
-    vdot[0] = -(K(4.0) * (x2 * base->velocity_dot[0] + x1 * (K(9.81) + base->velocity_dot[2])));
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Acceleration of joint hinge */
+    vdot[0] = -(K(4.0) * (cos_hinge * base->velocity_dot[0] + sin_hinge * (K(9.81) + base->velocity_dot[2])));
 }
 
 void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a,
@@ -84,10 +91,13 @@ void pendulum_on_shaking_base_partials(const real *q, const real *v, const real 
     (void)a;
     C[0] = K(0.0);
     M[0] = K(0.01875);
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* partials, joint hinge */
-    K[0] = -(K(0.075) * (x1 * base->velocity_dot[0] - x2 * (K(9.81) + base->velocity_dot[2])));
+
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Partials, joint hinge */
+    K[0] = -(K(0.075) * (sin_hinge * base->velocity_dot[0] - cos_hinge * (K(9.81) + base->velocity_dot[2])));
 }
 
 void pendulum_on_shaking_base_poses(const real *q, const pendulum_on_shaking_base_base_state *base, real *restrict pose)
@@ -110,10 +120,12 @@ void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulu
     twist[1] = -v[0];
     twist[2] = K(0.0);
     twist[4] = base->velocity[1];
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    twist[3] = x2 * base->velocity[0] + x1 * base->velocity[2];
-    twist[5] = -(x1 * base->velocity[0] - x2 * base->velocity[2]);
+
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+    twist[3] = cos_hinge * base->velocity[0] + sin_hinge * base->velocity[2];
+    twist[5] = -(sin_hinge * base->velocity[0] - cos_hinge * base->velocity[2]);
 }
 
 void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base,
@@ -121,12 +133,16 @@ void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendul
 {
     (void)v;
     y[1] = base->position[1];
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* output bob */
-    y[0] = base->position[0] + K(0.25) * x1;
-    y[2] = base->position[2] - K(0.25) * x2;
-    /* output lean */
+
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Output bob */
+    y[0] = base->position[0] + K(0.25) * sin_hinge;
+    y[2] = base->position[2] - K(0.25) * cos_hinge;
+
+    /* Output lean */
     y[3] = q[0] - K(3.141592653589793);
 }
 
@@ -134,23 +150,28 @@ void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a
     const pendulum_on_shaking_base_base_state *base, real *restrict energy)
 {
     energy[2] = K(0.0);
-    real x1, x2;
-    EG_SINCOS(q[0], &x1, &x2);
-    /* acceleration of link bob */
+
+    /* Rotation of link bob */
+    real sin_hinge, cos_hinge;
+    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
+
+    /* Centripetal and Coriolis acceleration of link bob */
     const real x3 = v[0] * v[0];
     const real x4 = K(9.81) + base->velocity_dot[2];
-    const real x5 = x2 * base->velocity[0] + x1 * base->velocity[2];
-    const real x6 = x1 * base->velocity[0] - x2 * base->velocity[2];
-    /* energy of link bob */
+    const real x5 = cos_hinge * base->velocity[0] + sin_hinge * base->velocity[2];
+    const real x6 = sin_hinge * base->velocity[0] - cos_hinge * base->velocity[2];
+
+    /* Energy of link bob */
     const real x7 = K(0.5) * (x5 * x5) + K(0.5) * (base->velocity[1] * base->velocity[1]);
     const real x8 = K(0.009375) * x3 + K(0.075) * (v[0] * x5);
     energy[0] = K(0.3) * (K(0.5) * (x6 * x6) + x7) + x8;
-    energy[1] = -(K(9.81) * (K(0.075) * x2 - K(0.3) * base->position[2]));
-    /* inertia forces of link bob */
-    const real x9 = K(0.075) * a[0] + K(0.3) * (x2 * base->velocity_dot[0] + x1 * x4);
-    const real x10 = K(0.075) * x3 - K(0.3) * (x1 * base->velocity_dot[0] - x2 * x4);
-    const real x11 = base->velocity[0] * (x1 * x10 - x2 * x9);
-    const real x12 = base->velocity[2] * (x2 * x10 + x1 * x9);
+    energy[1] = -(K(9.81) * (K(0.075) * cos_hinge - K(0.3) * base->position[2]));
+
+    /* Inertia forces of link bob */
+    const real x9 = K(0.075) * a[0] + K(0.3) * (cos_hinge * base->velocity_dot[0] + sin_hinge * x4);
+    const real x10 = K(0.075) * x3 - K(0.3) * (sin_hinge * base->velocity_dot[0] - cos_hinge * x4);
+    const real x11 = base->velocity[0] * (sin_hinge * x10 - cos_hinge * x9);
+    const real x12 = base->velocity[2] * (cos_hinge * x10 + sin_hinge * x9);
     energy[3] = -(x11 - base->velocity[1] * (K(0.3) * base->velocity_dot[1]) - x12);
 }
 

@@ -41,10 +41,12 @@ void spherical_pendulum_coupling(const real *q, const real *v, real *restrict h)
 {
     (void)q;
     h[2] = K(0.0);
-    /* acceleration of link rod */
+
+    /* Centripetal and Coriolis acceleration of link rod */
     const real x1 = v[0] * v[2];
     const real x2 = v[1] * v[2];
-    /* inertia forces of link rod */
+
+    /* Inertia forces of link rod */
     h[0] = K(0.0040000000000000036) * x2 - K(1.0059999999999998) * x2;
     h[1] = K(1.0059999999999998) * x1 - K(0.0040000000000000036) * x1;
 }
@@ -53,17 +55,19 @@ void spherical_pendulum_force(const real *q, const real *v, real *restrict Q)
 {
     (void)v;
     Q[2] = K(0.0);
-    /* weight carried by joint ball */
+
+    /* Weight carried by joint ball */
     Q[0] = -(K(27.468) * (q[2] * q[3] + q[0] * q[1]));
     Q[1] = -(K(27.468) * (q[0] * q[2] - q[1] * q[3]));
 }
 
 void spherical_pendulum_inverse_dynamics(const real *q, const real *v, const real *a, real *restrict tau)
 {
-    /* acceleration of link rod */
+    /* Centripetal and Coriolis acceleration of link rod */
     const real x1 = v[0] * v[2];
     const real x2 = v[1] * v[2];
-    /* inertia forces of link rod */
+
+    /* Inertia forces of link rod */
     const real x3 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
     tau[0] = K(1.0059999999999998) * (a[0] - x2) + (x3 + K(0.0040000000000000036) * (a[0] + x2));
     const real x4 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
@@ -74,10 +78,12 @@ void spherical_pendulum_inverse_dynamics(const real *q, const real *v, const rea
 void spherical_pendulum_forward_dynamics(const real *q, const real *v, real *restrict vdot)
 {
     vdot[2] = K(0.0);
-    /* acceleration of link rod */
+
+    /* Centripetal and Coriolis acceleration of link rod */
     const real x1 = v[0] * v[2];
     const real x2 = v[1] * v[2];
-    /* acceleration of joint ball */
+
+    /* Acceleration of joint ball */
     const real x3 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
     vdot[0] = -(K(0.9900990099009903) * (K(0.0040000000000000036) * x2 - K(1.0059999999999998) * x2 + x3));
     const real x4 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
@@ -112,10 +118,12 @@ void spherical_pendulum_partials(const real *q, const real *v, const real *a, re
     M[6] = K(0.0);
     M[7] = K(0.0);
     M[8] = K(0.008000000000000007);
-    /* weight carried by joint ball */
+
+    /* Weight carried by joint ball */
     K[5] = -(K(27.468) * (q[2] * q[3] + q[0] * q[1]));
     K[2] = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
-    /* partials, joint ball */
+
+    /* Partials, joint ball */
     const real x1 = K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]));
     K[0] = x1;
     K[4] = x1;
@@ -150,26 +158,31 @@ void spherical_pendulum_twists(const real *q, const real *v, real *restrict twis
 
 void spherical_pendulum_outputs(const real *q, const real *v, real *restrict y)
 {
-    const real x1 = K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]);
-    /* energy of link rod */
+    /* Rotation of link rod */
+    const real R_rod_zz = K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]);
+
+    /* Energy of link rod */
     const real x2 = K(0.5) * (v[1] * v[1]);
     const real x3 = K(0.5) * (v[2] * v[2]);
     const real x4 = K(0.5) * (v[0] * v[0]);
     const real x5 = K(0.0040000000000000036) * (x2 + x3) + K(0.0040000000000000036) * (x3 + x4);
-    y[3] = -(K(13.734) * x1 - (K(1.0059999999999998) * (x2 + x4) + x5));
-    /* output bob */
+    y[3] = -(K(13.734) * R_rod_zz - (K(1.0059999999999998) * (x2 + x4) + x5));
+
+    /* Output bob */
     y[0] = -(K(1.4) * (q[0] * q[2] + q[1] * q[3]));
     y[1] = -(K(1.4) * (q[2] * q[3] - q[0] * q[1]));
-    y[2] = -(K(0.7) * x1);
+    y[2] = -(K(0.7) * R_rod_zz);
 }
 
 void spherical_pendulum_energy(const real *q, const real *v, real *restrict energy)
 {
     energy[2] = K(0.0);
     energy[3] = K(0.0);
-    /* partials, joint ball */
+
+    /* Partials, joint ball */
     energy[1] = -(K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1])));
-    /* energy of link rod */
+
+    /* Energy of link rod */
     const real x1 = K(0.5) * (v[1] * v[1]);
     const real x2 = K(0.5) * (v[2] * v[2]);
     const real x3 = K(0.5) * (v[0] * v[0]);

@@ -123,7 +123,31 @@ def test_labels_of_the_tape_become_harmless_comments() -> None:
     with tape.block("link */ evil(); /* ??/ \\\nend é"):
         ref = tape.mul(tape.input("q"), tape.input("v"))
     text = text_of(tape, ("q", "v"), Block("y", (1,), (ref,)))
-    assert "/* link _/ evil(); /_ __/ _ end _ */" in text
+    assert "/* Link _/ evil(); /_ __/ _ end _ */" in text
+
+
+def test_named_values_keep_their_names_and_others_are_numbered() -> None:
+    tape = Tape()
+    q, v = tape.input("q"), tape.input("v")
+    cosine, sine, speed, other = tape.call(Op.COS, q), tape.call(Op.SIN, q), tape.mul(q, v), tape.add(q, v)
+    for ref, name in ((cosine, "cos_hinge"), (sine, "sin_hinge"), (-speed, "v_tip_x"), (speed, "late"), (q, "an_input")):
+        tape.name(ref, name)
+    refs = tuple(tape.mul(x, y) for x in (cosine, sine) for y in (speed, other))
+    text = text_of(tape, ("q", "v"), Block("y", (4,), refs))
+    assert "EG_SINCOS(q[0], &sin_hinge, &cos_hinge);" in text
+    assert "const real minus_v_tip_x = q[0] * v[0];" in text and "const real x4 = q[0] + v[0];" in text
+    assert "y[0] = cos_hinge * minus_v_tip_x;" in text and "late" not in text and "an_input" not in text
+
+
+@pytest.mark.parametrize("name", ["x12", "w", "y_out", "EG_x", "angle", "é_x", "link_" + "a" * 40, "1_a", "taken_twice"])
+def test_names_that_are_in_the_way_are_left_out(name: str) -> None:
+    tape = Tape()
+    first, second = (tape.mul(tape.input("q", k), tape.input("v", k)) for k in range(2))
+    tape.name(first, "taken_twice")
+    tape.name(second, name)
+    product = tape.mul(first, second)
+    block = Block("y_out", (2,), (tape.mul(product, first), tape.mul(product, second)))
+    assert "const real x2 = q[1] * v[1];" in text_of(tape, ("q", "v"), block)
 
 
 def test_many_structural_zeros_become_a_loop_and_few_do_not() -> None:

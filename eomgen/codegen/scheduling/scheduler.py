@@ -31,6 +31,7 @@ class Open:
     outputs: set[int] = field(default_factory=set)
     workspace: bool = False
     label: str | None = None
+    names: list[tuple[int, str]] = field(default_factory=list)
 
 
 class Writer:
@@ -101,9 +102,15 @@ class Writer:
     def _write(self, node: int) -> None:
         """Give a waiting node a statement of its own."""
         del self.waiting[node]
-        self.locals += 1
-        self._emit("let", self.locals, self.expressions[node])
+        self._emit("let", self._local(node), self.expressions[node])
         self.expressions[node] = self.locals
+
+    def _local(self, node: int) -> int:
+        """Return the number of a new local value, which has the name of its operation."""
+        self.locals += 1
+        if node in self.tape.names:
+            self.open.names.append((self.locals, self.tape.names[node]))
+        return self.locals
 
     def _emit(self, kind: str, *data: object) -> None:
         if kind != "fill" and self.open.label != self.label:
@@ -257,8 +264,7 @@ class _Scheduler(LoopWriter):
                 number = self.curve_numbers.setdefault(id(curve), len(self.curve_numbers))
                 expression = ("CURVE", taken[0], number, derivative)
             if plan.uses[node] > 1 or plan.last_part[node] > plan.part_of[node]:
-                self.locals += 1
-                self._emit("let", self.locals, expression)
+                self._emit("let", self._local(node), expression)
                 self.expressions[node] = self.locals
                 self._store(node)
             elif node in plan.stores:
@@ -274,8 +280,7 @@ class _Scheduler(LoopWriter):
         (other,) = self.plan.members[node]
         sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
         (argument,), _ = self._take((tape.a[sine],))
-        self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
-        self.locals += 2
+        self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
         self._emit("sincos", self.locals - 1, self.locals, argument)
         self._store(sine)
         self._store(cosine)
@@ -293,8 +298,7 @@ class _Scheduler(LoopWriter):
         for node in leaders:
             (other,) = self.plan.members[node]
             sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
-            self.expressions[sine], self.expressions[cosine] = self.locals + 1, self.locals + 2
-            self.locals += 2
+            self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
             angles.append((self.locals - 1, self.locals, self._leaf(tape.a[sine])))
         self._emit("angles", tuple(angles))
         for node in leaders:
@@ -408,7 +412,7 @@ class _Scheduler(LoopWriter):
             length = sum(plan.weight(node) for node in plan.part(number))
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)
             outputs = tuple(sorted(self.open.outputs))
-            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length))
+            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names)))
         return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
 
 

@@ -178,7 +178,8 @@ class ConstraintCalculus:
     def tangents(self) -> list[Tangent]:
         """The rows of B, nonzeros only, by velocity component."""
         by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
-        return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
+        with self.tape.block("Jacobian of the constraints"):
+            return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
 
     def jacobian(self) -> list[list[Scalar]]:
         """Return B, one row per constraint row, dense with structural zeros."""
@@ -194,21 +195,25 @@ class ConstraintCalculus:
 
     def velocity(self) -> list[Scalar]:
         """Return Phi' = B v + Phi_t of the holonomic rows, then the velocity rows themselves."""
-        first = jacobian_vector(self.tape, self.holonomic, self.rates)
+        with self.tape.block("rates of the constraints"):
+            first = jacobian_vector(self.tape, self.holonomic, self.rates)
         return [Scalar(self.tape, ref) for ref in [*first, *self.level]]
 
     def bias(self) -> list[Scalar]:
         """Return the rate of ``velocity`` at vdot = 0: Z(v, v) with all terms of base motion and drivers."""
         velocity = [value.ref for value in self.velocity()]
-        return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
+        with self.tape.block("accelerations of the constraints at vdot = 0"):
+            return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
 
     def forces(self) -> list[Scalar]:
         """Return B^T lam."""
         total = [self.algebra.zero] * self.nv
-        for number, tangent in enumerate(self.tangents):
-            multiplier = Scalar(self.tape, self.tape.input("lam", number))
-            for column in sorted(tangent):
-                total[column] = total[column] + Scalar(self.tape, tangent[column]) * multiplier
+        tangents = self.tangents
+        with self.tape.block("constraint forces"):
+            for number, tangent in enumerate(tangents):
+                multiplier = Scalar(self.tape, self.tape.input("lam", number))
+                for column in sorted(tangent):
+                    total[column] = total[column] + Scalar(self.tape, tangent[column]) * multiplier
         return total
 
     def driving_power(self) -> Scalar:

@@ -24,6 +24,9 @@ Rows = dict[int, list[Scalar]]
 def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:
     """Return for each link the wrench that its inertia demands less what is applied to it."""
     demanded = field_wrenches(tree, fields)
+    for link, (moment, force) in zip(tree.links, demanded, strict=True):
+        tree.algebra.named(f"M_{link.name}", moment)
+        tree.algebra.named(f"F_{link.name}", force)
     return [load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)]
 
 

@@ -64,7 +64,10 @@ def _add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
         return  # between base and world: whoever moves the base strains it
     length, rate, direction = quantities.stretch(spring)
-    pull = scaled(quantities.tension(spring), direction)
+    tension = quantities.tension(spring)
+    for what, value in (("length", length), ("rate", rate), ("tension", tension)):
+        value.tape.name(value.ref, f"{what}_{spring.name}")
+    pull = scaled(tension, direction)
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
     for name, other, force in ends:
         push(loads.wrenches, quantities, name, force)

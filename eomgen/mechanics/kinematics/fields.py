@@ -87,8 +87,9 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
     root = Field(start, base.alpha, centripetal(base.omega))
     relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
+    what, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
     for link in tree.links:
-        with algebra.tape.block(f"acceleration of link {link.name}"):
+        with algebra.tape.block(f"{what} of link {link.name}"):
             up = link.parent
             omega_up, alpha_up, field_up = (
                 (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])
@@ -96,7 +97,7 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
             rates = link.velocities if velocities else (algebra.zero,) * len(link.columns)
             turn, slide = relative(algebra, link, rates)
             carried = link.rotation.rotate_back(omega_up)
-            omegas.append(plus(carried, turn))
+            omegas.append(algebra.named(f"omega_{link.name}", plus(carried, turn)))
             alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
             origin = link.rotation.rotate_back(field_up.at(link.position))
             bias_turn, bias_slide = _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
@@ -105,7 +106,8 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
             if accelerations:
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)
                 alpha, origin = plus(alpha, turn_rate), plus(origin, slide_rate)
-            alphas.append(alpha)
+            alphas.append(algebra.named(f"alpha{bias}_{link.name}", alpha))
+            algebra.named(f"acc{bias}_{link.name}", origin)
             fields.append(LinkField(origin, alpha, centripetal(omegas[-1]), omegas[-1], relative_motion))
     return fields
 

@@ -36,7 +36,12 @@ class LinkKinematics:
             item = self.tree.links[index]
             R, p = self._poses[item.parent]
             with self.algebra.tape.block(f"pose of link {item.name}"):
-                self._poses[index] = (multiply(R, item.rotation.matrix(self.algebra)), plus(p, apply(R, item.position)))
+                orientation = multiply(R, item.rotation.matrix(self.algebra))
+                position = plus(p, apply(R, item.position))
+                self._poses[index] = (
+                    self.algebra.named_matrix(f"R_{item.name}", orientation),
+                    self.algebra.named(f"p_{item.name}", position),
+                )
         return self._poses[link]
 
     def twist(self, link: int) -> tuple[Vector, Vector]:
@@ -47,7 +52,10 @@ class LinkKinematics:
             with self.algebra.tape.block(f"twist of link {item.name}"):
                 turn, slide = relative(self.algebra, item, item.velocities)
                 carried = item.rotation.rotate_back(plus(velocity, cross(omega, item.position)))
-                self._twists[index] = (plus(item.rotation.rotate_back(omega), turn), plus(carried, slide))
+                self._twists[index] = (
+                    self.algebra.named(f"omega_{item.name}", plus(item.rotation.rotate_back(omega), turn)),
+                    self.algebra.named(f"v_{item.name}", plus(carried, slide)),
+                )
         return self._twists[link]
 
 

@@ -15,7 +15,7 @@ from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.mechanics.tree.coordinates import own_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
-from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, pose_of
+from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, pose_of
 from eomgen.mechanics.tree.links import (
     CARRIER,
     ROOT,
@@ -130,7 +130,9 @@ def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Fa
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor)
     motion = Motion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
-    rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
+    with algebra.tape.block(f"rotation of body {name}"):
+        rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
+        name_rotation(rotation, name, f"R_{name}")
     joint = Joint(factor.name, "spherical" if kind == "ball" else "free", BASE, name)
     link = Link(
         name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,

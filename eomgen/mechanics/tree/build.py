@@ -10,7 +10,7 @@ from eomgen.formula.recording import record
 from eomgen.mechanics.tree.beam_links import add_beam
 from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
-from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, name_rotation, pose_of
 from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
@@ -95,7 +95,9 @@ def _link(
 ) -> Link:  # fmt: skip
     """Return the link that one elementary motion of a joint carries."""
     own = coordinates.of(motion)
-    rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
+    with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
+        rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
+        name_rotation(rotation, joint.name, f"R_{name}" if parent == ROOT else f"turn_{name}")
     _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, own.q)
     return Link(
         name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,

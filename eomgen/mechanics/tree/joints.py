@@ -159,6 +159,17 @@ def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column,
             return tuple(Column(unit, zero) for unit in units) + tuple(Column(zero, unit) for unit in units)
 
 
+def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
+    """Name sine and cosine of a turn after its joint, or the entries of any other rotation."""
+    factor = rotation.factors[-1]
+    if isinstance(factor, PlanarFactor):
+        tape = factor.cosine.tape
+        tape.name(factor.cosine.ref, f"cos_{joint}")
+        tape.name(abs(factor.sine.ref), f"sin_{joint}")
+    elif len(rotation.factors) > 1:
+        Algebra(factor.matrix[0][0].tape).named_matrix(matrix, factor.matrix)
+
+
 def pose_of(
     algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
 ) -> tuple[Rotation, Vector]:

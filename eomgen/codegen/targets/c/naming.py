@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+#: An underscore between two words keeps clear of the names that code has itself: x12, w, angle, EG_...
+_LOCAL = re.compile(r"(?!EG_|eg_)[A-Za-z][A-Za-z0-9]*_[A-Za-z0-9_]*")
 _COMMENT_UNSAFE = re.compile(r"[^A-Za-z0-9 _.,:;=()\[\]{}<>+^|/-]")
 _C_WORDS = re.compile(
     r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|restrict|return|short|signed|sizeof|static|struct|switch|"
@@ -74,6 +76,22 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
     check_identifier(name, "the output")
     clash = name in inputs or _C_WORDS.fullmatch(name) or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
     return f"{name}_out" if clash else name
+
+
+#: Characters in the name of a local value; longer ones make statements harder to read, not easier.
+_LONGEST_LOCAL = 32
+
+
+def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
+    """Return C identifiers for local values by number: legal, distinct, out of the way of arguments; others have no name."""
+    found: dict[int, str] = {}
+    used = set(taken)
+    for number, text in names:
+        name = re.sub(r"[^A-Za-z0-9_]+", "_", text)
+        if name not in used and len(name) <= _LONGEST_LOCAL and _LOCAL.fullmatch(name) and not _C_WORDS.fullmatch(name):
+            used.add(name)
+            found[number] = name
+    return found
 
 
 NAMES = Names(check_prefix, check_identifier, mangle, output_name)

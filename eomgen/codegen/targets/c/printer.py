@@ -17,7 +17,7 @@ _OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUC
 
 def indented(lines: Sequence[str], depth: int) -> str:
     """Return lines as text, four spaces for each level, each line ended."""
-    return "".join(f"{'    ' * depth}{line}\n" for line in lines)
+    return "".join(f"{'    ' * depth}{line}\n" if line else "\n" for line in lines)
 
 
 def number(value: float) -> str:
@@ -34,6 +34,12 @@ LANES = 4
 
 #: Entries of a table in one line.
 _ROW = 16
+
+
+def _headline(label: str) -> str:
+    """Return the comment above a paragraph of statements."""
+    text = comment(label)
+    return f"/* {text[:1].upper()}{text[1:]} */"
 
 
 def _place(start: int, step: int, counter: str = "i") -> str:
@@ -55,13 +61,15 @@ class Printer:
     outputs : for each output, by number, the name of its array or the texts of its components.
     prefix : of the model's functions.
     constants : names of positive numbers.
+    names : of local values, by number.
     """
 
     def __init__(
         self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = "",
-        local: str = "x", constants: Mapping[float, str] | None = None,
+        local: str = "x", constants: Mapping[float, str] | None = None, names: Mapping[int, str] | None = None,
     ) -> None:  # fmt: skip
         self.constants = constants or {}
+        self.names = names or {}
         self.prefix = prefix
         self.local = local
         self.inputs = inputs
@@ -73,7 +81,7 @@ class Printer:
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if isinstance(expression, int):
-            return (f"{self.local}{expression}", _ATOM) if expression > 0 else (f"-{self.local}{-expression}", _PREFIX)
+            return (self._local(expression), _ATOM) if expression > 0 else (f"-{self._local(-expression)}", _PREFIX)
         kind = expression[0]
         operator = _OPERATORS.get(kind)
         if operator is not None:
@@ -103,21 +111,24 @@ class Printer:
         arguments = ", ".join(self._print(operand)[0] for operand in expression[1:])
         return f"EG_{kind}({arguments})", _ATOM
 
+    def _local(self, number: int) -> str:
+        return self.names.get(number) or f"{self.local}{number}"
+
     def lines(self, statements: Sequence[Statement]) -> list[str]:
         """Return statements as lines of C, without indentation."""
         lines: list[str] = []
         for statement in statements:
             kind, data = statement.kind, statement.data
             if kind == "let":
-                lines.append(f"const real {self.local}{data[0]} = {self._print(data[1])[0]};")
+                lines.append(f"const real {self._local(data[0])} = {self._print(data[1])[0]};")
             elif kind == "out":
                 lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
             elif kind == "save":
                 lines.append(f"w[{data[0]}] = {self._print(data[1])[0]};")
             elif kind == "label":
-                lines.append(f"/* {comment(data[0])} */")
+                lines += [*([""] if lines else []), _headline(data[0])]
             elif kind == "sincos":
-                sine, cosine = (f"{self.local}{number}" for number in data[:2])
+                sine, cosine = (self._local(number) for number in data[:2])
                 lines.append(f"real {sine}, {cosine};")
                 lines.append(f"EG_SINCOS({self._print(data[2])[0]}, &{sine}, &{cosine});")
             elif kind == "angles":
@@ -150,7 +161,8 @@ class Printer:
         lines = [f"const real angle[{size}] = {{ {', '.join(values)} }};", f"real sine[{size}], cosine[{size}];"]
         lines += [f"for (i = 0; i < {size}; ++i) {{", "    EG_SINCOS(angle[i], &sine[i], &cosine[i]);", "}"]
         for position, (sine, cosine, _) in enumerate(angles):
-            lines.append(f"const real x{sine} = sine[{position}], x{cosine} = cosine[{position}];")
+            pair = f"{self._local(sine)} = sine[{position}], {self._local(cosine)} = cosine[{position}]"
+            lines.append(f"const real {pair};")
         return lines
 
     def _repeat(

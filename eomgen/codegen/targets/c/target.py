@@ -15,7 +15,7 @@ from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment
+from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, local_names
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
@@ -94,7 +94,10 @@ class _Context:
         outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         statements = function.parts[part].statements
         declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
-        printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=self.c.constant_macros())
+        taken = {*function.inputs, *(output.argument for output in function.outputs)}
+        names = local_names(function.parts[part].names, taken)
+        macros = self.c.constant_macros()
+        printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names)
         return indented([*declared, *printer.lines(statements)], 1)
 
     def kernel(self, loop: ProgramLoop) -> str:
