@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.codegen.targets.c.stepper import stepper_names, stepper_template
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.stepper import stepper_names
+from eomgen.codegen.targets.c.target import environment, stepper_template
 from eomgen.integrators.methods import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.samples import Samples

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.model import Model
 from eomgen.simulation.settings import stepper_library
@@ -133,7 +134,7 @@ def model_of(name: str) -> Model:
 
 
 def stepper_of(model: Model, method: str, step: float) -> Stepper:
-    library = stepper_library(model, method)
+    library = stepper_library(model, method, method_named(method))
     settings = default_settings(library.layout["method"]) | {"step": step}
     return Stepper(library, settings, model.parameter_array())
 
