@@ -81,7 +81,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "forces",
         "control",
         "scene",
-        "disturbances document",
+        "document",
         "sources",
         "load",
         "builder",

@@ -9,7 +9,6 @@ from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.prescribed_motion import Law
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.disturbances import base_disturbances
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
@@ -55,6 +54,17 @@ def describe(scene: Scene) -> Description:
         simulation=scene.simulation,
         places={key: place for key, place in scene.source.items() if key.startswith("simulation")},
     )
+
+
+def base_disturbances(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the base's accelerations, which are disturbances beside the given inputs; its pose and twist are not.
+
+    Angular ones where it turns, then linear, in base axes; none in absolute coordinates, whose constraints hold the base.
+    """
+    if scene.base is None or scene.coordinates == "absolute":
+        return ()
+    angular = tuple(f"base.angular_acceleration[{k}]" for k in range(3)) if scene.base.rotations else ()
+    return (*angular, *(f"base.acceleration[{k}]" for k in range(3)))
 
 
 def laws_of(scene: Scene) -> Iterator[Law]:

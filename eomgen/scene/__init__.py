@@ -1,6 +1,6 @@
 """What the user writes, read and checked: scene files, URDF, formulas, and the Scene they become."""
 
 __all__ = [
-    "bodies", "builder", "control", "disturbances", "document", "forces", "geometry", "joint_types",
+    "bodies", "builder", "control", "document", "forces", "geometry", "joint_types",
     "joints", "load", "reading", "scene", "sources",
 ]  # fmt: skip

@@ -11,8 +11,7 @@ from eomgen.linear.freedom import Measures, freedom
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
 from eomgen.mechanics.derive import derive
-from eomgen.mechanics.describe import joint_factors
-from eomgen.scene.disturbances import disturbance_names, driven_inputs
+from eomgen.mechanics.describe import describe, joint_factors
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
@@ -38,8 +37,8 @@ def linear(scene: Scene, system: System, state: dict[str, Array]) -> Linearizati
             blocks |= {RENAMED.get(name, name): block[0] for name, block in evaluate(term, state).items()}
     names = [f"{factor.name}.{k}" for factor in joint_factors(scene) for k in range(factor.v_size)]
     outputs = tuple(f"{item.name}.{k}" for item in scene.outputs for k in range(len(item.values)))
-    driven = tuple(scene.inputs[number].name for number in driven_inputs(scene))
-    known = Names(tuple(names), tuple(names), (), driven, disturbance_names(scene), outputs)
+    said = describe(scene)
+    known = Names(tuple(names), tuple(names), (), said.driven, said.disturbances, outputs)
     partials = Partials.of(blocks, len(known.inputs), len(known.disturbances), len(outputs), system.holonomic)
     v, a = state["v"][0], state["a"][0]
     if scene.coordinates == "absolute":

@@ -2,8 +2,8 @@
 
     M0 da + C0 dv + K0 dq + Rz dz = B0 du + E0 dw - B^T dlam         dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
 
-(Lieh 1994). dq is left-trivialised; u are inputs that a controller or a caller drives, w the disturbances of
-``scene.disturbances``. Time, parameters and the motion of the base are frozen.
+(Lieh 1994). dq is left-trivialised; u are inputs that a controller or a caller drives, w the given inputs and
+the accelerations of the base. Time, parameters and the motion of the base are frozen.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from eomgen.mechanics.constraints.joint_velocities import joint_velocities
 from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.describe import base_disturbances
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
-from eomgen.scene.disturbances import base_disturbances, disturbance_names, driven_inputs, given_inputs
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
@@ -116,14 +116,16 @@ class Columns:
     def __init__(self, derivation: Derivation) -> None:
         scene = derivation.scene
         self.derivation = derivation
-        driven, given, of_base = driven_inputs(scene), given_inputs(scene), base_disturbances(scene)
+        inputs = list(enumerate(scene.inputs))
+        driven, given = ([number for number, item in inputs if item.given == said] for said in (False, True))
+        of_base = base_disturbances(scene)
         self.driven: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(driven)}
         self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(given)}
         places = _accelerations_of_base()[-len(of_base) :] if of_base else []
         for k, place in enumerate(places):
             self.disturbances[InputSymbol("base", place)] = {len(given) + k: ONE}
         self.driven_names = ", ".join(scene.inputs[number].name for number in driven)
-        self.disturbance_names = ", ".join(disturbance_names(scene))
+        self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in given), *of_base))
 
     def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, what: str) -> list[Block]:
         """Return the partials of values in inputs and in disturbances, under two names."""
