@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,22 +24,19 @@ _CORNERS = 20
 @click.option("--states", type=int, default=8, show_default=True, metavar="N", help="States to check at.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of what is drawn at random.")
 @click.option("--only", multiple=True, metavar="FORM", help="Closed forms whose names begin so; may be repeated.")
-@click.option("--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there.")
+@click.option(
+    "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."
+)
 @json_option
 @debug_option
 def check(
     scene: str,
-    strict: bool,
-    root: str,
-    lock: tuple[str, ...],
-    limits: bool,
-    friction: bool,
-    coordinates: Literal["joint", "absolute"] | None,
     states: int,
     seed: int,
     only: tuple[str, ...],
     folder: str | None,
     as_json: bool,
+    **reading: Any,
 ) -> int:
     """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second derivations.
 
@@ -51,7 +48,7 @@ def check(
 
     if folder is not None:
         make(Path(folder))
-    described = load(scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates)
+    described = load(scene, **reading)
     with building(described.name):
         report = checked(described, states=states, seed=seed, only=only)
     if as_json:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any
 
 import click
 
@@ -14,30 +14,25 @@ from eomgen.cli.printing import counted, print_json, say
 @scene_options
 @folder_option
 @terms_option
-@click.option("--target", default="c", show_default=True, help="The language; others than C come with other distributions.")
+@click.option(
+    "--target", default="c", show_default=True, help="The language; others than C come with other distributions."
+)
 @click.option("--method", default=None, help="Whose stepper is written; the scene's by default.")
 @json_option
 @debug_option
 def generate(
     scene: str,
-    strict: bool,
-    root: str,
-    lock: tuple[str, ...],
-    limits: bool,
-    friction: bool,
-    coordinates: Literal["joint", "absolute"] | None,
     folder: str,
     terms: list[str] | None,
     method: str | None,
     target: str,
     as_json: bool,
+    **reading: Any,
 ) -> None:
     """Write the model of a SCENE and its stepper as a folder of C that needs nothing but a C99 compiler."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
 
-    described = pipeline.load(
-        scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
-    )
+    described = pipeline.load(scene, **reading)
     files = pipeline.generate(described, folder, terms, method, target=target)
     if as_json:
         print_json([str(file) for file in files])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,22 +22,15 @@ if TYPE_CHECKING:
 @debug_option
 def info(
     scene: str,
-    strict: bool,
-    root: str,
-    lock: tuple[str, ...],
-    limits: bool,
-    friction: bool,
-    coordinates: Literal["joint", "absolute"] | None,
     terms: list[str] | None,
     as_json: bool,
+    **reading: Any,
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline.pipeline import derive, load  # noqa: PLC0415
 
-    described_scene = load(
-        scene, strict=strict, root=root, lock=lock, limits=limits, friction=friction, coordinates=coordinates
-    )
+    described_scene = load(scene, **reading)
     data = described(derive(described_scene, terms))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
@@ -57,7 +50,8 @@ def described(system: System) -> dict[str, Any]:
         "degrees_of_freedom": system.nv - len(system.multipliers),
         "constraints": list(system.multipliers),
         "groups": [
-            {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size} for factor in system.factors
+            {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size}
+            for factor in system.factors
         ],
         "angles": list(system.angles),
         "parameters": {item.name: item.value for item in system.parameters},
@@ -143,13 +137,19 @@ def _print(data: dict[str, Any]) -> None:
         print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
     if data["states"]:
         out.print()
-        states = [(s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in data["states"]]
+        states = [
+            (s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"])
+            for s in data["states"]
+        ]
         print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), states, numeric=(1, 3))
     out.print()
     operations = [
         (
             name,
-            *(item["counts"][key] for key in ("additions", "multiplications", "divisions", "functions", "selections", "flops")),
+            *(
+                item["counts"][key]
+                for key in ("additions", "multiplications", "divisions", "functions", "selections", "flops")
+            ),
         )
         for name, item in data["functions"].items()
     ]
