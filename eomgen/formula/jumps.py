@@ -40,6 +40,23 @@ _STEP = 1e-30  # of the complex step
 _EPSILON = float(np.finfo(float).eps)
 
 
+#: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and refused.
+SAID, REFUSED = 0.01, 0.05
+#: How many steps a law is measured over at least: in a few, everything is straight or steep.
+_LEAST_STEPS = 256
+#: What is left out of a law at steps that resolve it.
+_RESOLVED = 0.003
+
+
+class Steepness(NamedTuple):
+    """Where a law is steepest for a step: time, by how much a step misses it, in parts of its range, and a step that does not."""
+
+    time: float
+    missed: float
+    part: float
+    enough: float
+
+
 class Jump(NamedTuple):
     """Where a law (order 0) or its rate (order 1) jumps, and its values there."""
 
@@ -98,6 +115,96 @@ def first_jump(formula: Formula, values: tuple[tuple[str, float], ...], start: f
             before, after = law(sides)[order]
             return Jump(found, order, float(before), float(after))
     return None
+
+
+def steep(
+    laws: Iterable[Law], values: Mapping[str, float], start: float, end: float, step: float
+) -> tuple[list[Problem], list[str]]:
+    """Return a problem for each law that a step cannot follow, and a sentence for each that it follows badly.
+
+    Parameters
+    ----------
+    values : mapping
+        All parameters.
+    start, end, step : float
+        Of the run, s.
+    """
+    refused, said = [], []
+    for law in laws:
+        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
+        known = tuple((name, values[name]) for name in names)
+        found = steepest(law.formula, known, start, end, step, law.unit == "rad")
+        if found is None:
+            continue
+        what = f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it changes by "
+        what += f"{found.missed:.3g} {law.unit} more or less than its rates tell, {100.0 * found.part:.2g} % of its range"
+        hint = f"a step of {found.enough:.2g} s"
+        if found.part > REFUSED:
+            refused.append(Problem(law.where, what, hint))
+        else:
+            said.append(f"{law.where}: {what}; try: {hint}")
+    return refused, said
+
+
+@functools.lru_cache(maxsize=256)
+def steepest(
+    formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
+) -> Steepness | None:
+    """Return where a step misses most of a law, None where all steps follow it.
+
+    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves between
+    otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of the law.
+
+    Parameters
+    ----------
+    values : tuple of (name, value)
+        Of the parameters in the formula.
+    start, end, step : float
+        Of the run, s.
+    angle : bool
+        Whether whole turns make no difference to the law.
+    """
+    law = _evaluated(formula, dict(values))
+    times = np.linspace(start, end, _GRID)
+    if end <= start or not np.all(np.isfinite(law(times)[0])):
+        return None
+    x = law(np.linspace(start, max(end, start + _LEAST_STEPS * step), _GRID))[0]
+    size = float(np.ptp(x - np.linspace(x[0], x[-1], _GRID)))
+    if not size > 64.0 * _EPSILON * np.max(np.abs(x)):
+        return None
+
+    def missed(middle: Array, width: float) -> Array:
+        low, high = np.clip(middle - 0.5 * width, start, end), np.clip(middle + 0.5 * width, start, end)
+        (x0, v0), (x1, v1) = law(low), law(high)
+        lost = np.abs(x1 - x0 - 0.5 * (high - low) * (v0 + v1))
+        return np.abs(np.remainder(lost + np.pi, 2.0 * np.pi) - np.pi) if angle else lost
+
+    low, width = times[:-1], (end - start) / (_GRID - 1)
+    while width > step:
+        middle = low + 0.5 * width
+        bend = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
+        bent = np.flatnonzero(bend > _RESOLVED * size)
+        low, middle = low[bent], middle[bent]
+        if len(bent) > _INTERVALS:
+            most = np.sort(np.argsort(bend[bent])[-_INTERVALS:])
+            low, middle = low[most], middle[most]
+        low, width = np.stack([low, middle], 1).ravel(), 0.5 * width
+        if not len(low):
+            return None
+    middle = np.unique(np.add.outer(low + 0.5 * width, step * np.arange(-0.5, 0.75, 0.25)).ravel())
+    lost = missed(middle, step)
+    worst = int(np.argmax(lost))
+    if not lost[worst] > SAID * size:
+        return None
+    place, enough = middle[worst], step
+    for _ in range(_HALVINGS):
+        enough *= 0.5
+        around = place + enough * np.arange(-2.0, 2.5, 0.5)
+        left = missed(around, enough)
+        place = around[int(np.argmax(left))]
+        if not np.max(left) > _RESOLVED * size:
+            break
+    return Steepness(float(place), float(lost[worst]), float(lost[worst]) / size, enough)
 
 
 def _lasting_change(

@@ -13,7 +13,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.formula.prescribed_motion import smooth
+from eomgen.formula.prescribed_motion import constant
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.angle_range import check_angles
@@ -93,31 +93,50 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     return library
 
 
-def check_span(model: CompiledModel, library: Library, p: Array, given: Mapping[str, CheckedSignal], grid: TimeGrid) -> None:
+def check_span(
+    model: CompiledModel,
+    library: Library,
+    settings: Mapping[str, float],
+    p: Array,
+    given: Mapping[str, CheckedSignal],
+    grid: TimeGrid,
+) -> None:
     """Raise UsageError where something that is prescribed over time does not serve a run from its start to its end.
 
     Parameters
     ----------
     library : with the stepper
+    settings : of the stepper
     p : (np,) parameters
     given : inputs from the caller, in the place of the scene's
     """
     start, end = grid.start, grid.reached
     check_reach(model.library.layout, given, start, end)
-    _check_laws(model, p, start, end)
+    if refused := followed_laws(model, settings, p, grid)[0]:
+        raise UsageError(refused)
     check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
     check_jumps(library.layout["method"], grid.step)
 
 
-def _check_laws(model: CompiledModel, p: Array, start: float, end: float) -> None:
-    """Raise UsageError where a drive, or the law of the base, jumps between two times at the parameters of a run, (np,)."""
-    if all(smooth(law.formula) for law in model.description.laws):
-        return
-    from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
+def followed_laws(
+    model: CompiledModel, settings: Mapping[str, float], p: Array, grid: TimeGrid
+) -> tuple[list[Problem], list[str]]:
+    """Return what is wrong with the drives and the law of the base, and what there is to say about them, in a run.
+
+    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own follow
+    what is steep.
+    """
+    laws = [law for law in model.description.laws if not constant(law.formula)]
+    if not laws:
+        return [], []
+    from eomgen.formula.jumps import jumps, steep  # noqa: PLC0415  # most scenes need none of it
 
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-    if problems := jumps(model.description.laws, values, start, end):
-        raise UsageError(problems)
+    if refused := jumps(laws, values, grid.start, grid.reached):
+        return refused, []
+    if settings.get("tolerance", 0.0) > 0.0:
+        return [], []
+    return steep(laws, values, grid.start, grid.reached, grid.step)
 
 
 def check_memory(rows: int, width: int) -> None:

@@ -37,6 +37,7 @@ from eomgen.simulation.settings import (
     check_span,
     chosen_method,
     count_of,
+    followed_laws,
     positive,
     stepper_library,
     stepper_settings,
@@ -159,7 +160,7 @@ def simulate(
     stepper = Stepper(library, chosen, p)
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
     from_caller = read_signals(inputs, model.inputs, grid.steps)
-    check_span(model, library, p, from_caller, grid)
+    check_span(model, library, chosen, p, from_caller, grid)
     if stepped_by.inputs == "series":
         check_held(name, from_caller)
     signals = InputSignals(
@@ -246,7 +247,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     if balance.error is not None:
         statistics = {**statistics, "energy_error": balance.error}
     of_method, of_scene = run.method.warnings(bool(model.multipliers)), tuple(model.library.layout["warnings"])
-    message, notes = "; ".join((message, *of_scene, *of_method)), [*model.notes, *of_method]
+    badly_followed = followed_laws(model, run.settings, run.parameters, run.grid)[1]
+    message, notes = "; ".join((message, *of_scene, *of_method, *badly_followed)), [*model.notes, *of_method]
     described = _metadata(run)
     return Solution(
         t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,

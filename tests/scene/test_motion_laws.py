@@ -162,3 +162,58 @@ def test_random_laws_are_judged_by_what_they_do(rng: np.random.Generator) -> Non
 def test_a_start_from_rest_whose_summands_cancel_is_smooth(duration: float) -> None:
     scene = eomgen.load(Path(__file__).parents[2] / "examples" / "spin_up_beam" / "scene.toml")
     assert not jumps(laws_of(scene), {item.name: item.value for item in scene.parameters}, 0.0, duration)
+
+
+def carried(width: float, at: float = 1.0) -> eomgen.Scene:
+    """Return a driven arm with a balanced disc on a free pin, which keeps its orientation whatever the drive does."""
+    builder = eomgen.SceneBuilder("carried").body("arm", 1.0, inertia=[1, 1, 1]).body("disc", 1.0, inertia=[1, 1, 1])
+    builder.joint("turn", "revolute", "base", "arm", axis=[0, 0, 1])
+    builder.joint("pin", "revolute", "arm", "disc", axis=[0, 0, 1])
+    first, second = {"body": "base", **FRAME}, {"body": "arm", **FRAME}
+    builder.constraint("motor", "revolute", first, second, drive=f"0.1 * tanh((t - {at}) / {width})")
+    return builder.build()
+
+
+@pytest.mark.parametrize("width", [1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 8e-4])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned"])
+def test_a_drive_steeper_than_the_step_is_refused_with_a_step_that_follows_it(width: float, method: str) -> None:
+    model = eomgen.build(carried(width, 1.0003), method=method, profile="quick")
+    place = r"\(constraints\.motor\.drive\): the driven angle is too steep for a step of 0\.001 s near t = 1\.000"
+    with pytest.raises(eomgen.UsageError, match=place) as caught:
+        model.simulate(2.0, 1e-3)
+    enough = float(re.search(r"a step of (\S+) s", caught.value.problems[0].hint)[1])  # type: ignore[index]
+    assert width / 20.0 <= enough <= width
+    if width >= 1e-4:  # a few thousand steps, from just before
+        solution = eomgen.build(carried(width, 0.01), method=method, profile="quick").simulate(0.02, enough)
+        assert solution.success and "too steep" not in solution.message
+        turned = solution.q[-1, 0] - solution.q[0, 0]
+        assert turned == pytest.approx(0.1 * (np.tanh(0.01 / width) + np.tanh(0.01 / width)), abs=1e-6)
+        assert solution.q[-1] - solution.q[0] == pytest.approx([turned, -turned], abs=0.02 * turned)
+
+
+def test_a_drive_that_a_step_follows_badly_is_said_and_one_that_it_follows_is_not() -> None:
+    said = eomgen.build(carried(1.5e-3), profile="quick").simulate(2.0, 1e-3).message
+    assert re.search(r"\(constraints\.motor\.drive\): the driven angle is too steep for a step of 0\.001 s near t = (1|0\.9999\d*) s", said)
+    assert "% of its range; try: a step of " in said
+    assert "too steep" not in eomgen.build(carried(1e-2), profile="quick").simulate(2.0, 1e-3).message
+
+
+@pytest.mark.parametrize(("waves", "verdict"), [(0.4, "followed"), (0.8, "said"), (2.0, "refused"), (600.0, "refused")])
+def test_waves_are_judged_by_the_steps_in_a_period_beside_any_steady_travel(waves: float, verdict: str) -> None:
+    """``waves``: radians within one step."""
+    model = eomgen.build(driven(f"50 * t + 0.01 * sin({waves * 1e3 + 0.1} * t)"), profile="quick")
+    if verdict == "refused":
+        with pytest.raises(eomgen.UsageError, match="the driven angle is too steep for a step"):
+            model.simulate(0.5, 1e-3)
+    else:
+        assert ("too steep" in model.simulate(0.5, 1e-3).message) is (verdict == "said")
+
+
+def test_a_base_steeper_than_the_step_is_refused() -> None:
+    builder = eomgen.SceneBuilder("kicked").body("link", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.01, 0.01, 0.01])
+    builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
+    scene = builder.base(["0.1 * tanh((t - 1) / 1e-4)", 0, 0]).build()
+    model = eomgen.build(scene, profile="quick")
+    with pytest.raises(eomgen.UsageError, match=r"the position of the base is too steep for a step of 0\.001 s near t = 0\.9999"):
+        model.simulate(2.0, 1e-3)
+    assert model.simulate(0.5, 1e-3).success  # before it
