@@ -54,7 +54,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         raise UsageError(Problem("method.step", f"the step must be a positive number of seconds, not {step!r}", "1e-3"))
     _check_functions(method, system)
     sizes = Sizes(
-        system.positions + len(system.angles), velocities(system.factors), len(system.initial_z),
+        sum(factor.q_size for factor in system.factors) + len(system.angles), velocities(system.factors), len(system.initial_z),
         sum(item.size for item in system.inputs), len(system.parameters), len(system.multipliers), system.holonomic,
     )  # fmt: skip
     own = method.data(system, step, samples)
