@@ -42,7 +42,7 @@ def derived_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return _derived(scene.name, tuple(terms)) if scene is SCENES[scene.name]() else _derive(scene, terms)
 
     monkeypatch.setattr(pipeline, "derive", derive)
-    monkeypatch.setattr(checking, "_terms", lambda scene, only: checking._CHECKED)
+    monkeypatch.setattr(checking, "_terms", lambda scene, only: [term.name for term in checking._CHECKED])
 
 
 def _of(scene: str, term: str, outputs: str, form: str = "") -> list[tuple[str, str, str, str]]:
