@@ -151,6 +151,12 @@ def doubts(
     return f"{', and '.join(found)}; {coarser or cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
+def instability(growth: Growth, method: Method) -> tuple[str, str]:
+    """Return what grows by the method alone, and what to try."""
+    step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
+    return f"the method is unstable at this step: {growth}", f"{step}, or {method.more_stable}"
+
+
 def failure(
     growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, violation: Violation | None = None
 ) -> str:  # fmt: skip
@@ -165,9 +171,8 @@ def failure(
     if growth is not None:
         totals = energy.get("total", np.zeros(0))
         energies = f", and the total energy from {totals[0]:.3g} to {totals[-1]:.3g} J" if len(totals) > 1 else ""
-        step = f"a step of {growth.finer:.2g} s or less" if math.isfinite(growth.finer_after) else "a much smaller step"
-        hint = f"{step}, or {method.more_stable}"
-        return f"the method is unstable at this step: {growth}{energies}; try: {hint}"
+        what, hint = instability(growth, method)
+        return f"{what}{energies}; try: {hint}"
     if balance.infinite is not None:
         what = f"the energy is beyond the finite numbers from t = {balance.infinite:.6g} s on"
         return f"{what}; try: other initial velocities, forces or units"

@@ -73,10 +73,12 @@ class Growth(NamedTuple):
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
     """Return what grows by the method alone at the end of a run; None where nothing grows, or by its own equations.
 
-    Steps that are chosen by their errors are not looked at.
+    Steps that are chosen by their errors are not looked at. Where a run stopped, its last steps are taken once more.
     """
-    end = trajectory.end
-    if run.method.chooses_steps or end is None or len(end) < 2:
+    if run.method.chooses_steps:
+        return None
+    end = _last_steps(run, library, trajectory.rows) if trajectory.status else trajectory.end
+    if end is None or len(end) < 2:
         return None
     half = (len(end) - 1) // 2
     before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle
@@ -97,6 +99,16 @@ def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growt
     if again is None or len(again) < 2 * WINDOW:
         return None
     return _by_method(run, library, np.concatenate([middle[:1], again]), middle, slow, _FINER_OF_SLOW)
+
+
+def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
+    """Return every row of the last steps before a run stopped, from a recorded row on; None where none is near enough."""
+    steps = np.rint((rows[-1, 0] - rows[:, 0]) / run.settings["step"]).astype(int)
+    first = int(np.flatnonzero(steps >= min(2 * WINDOW, steps[0]))[-1])
+    if steps[first] > _LONGEST:
+        return None
+    again = _again(run, library, rows[first], int(steps[first]), 1)
+    return None if again is None else np.concatenate([rows[first : first + 1], again])[-2 * WINDOW - 1 :]
 
 
 def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
@@ -164,7 +176,8 @@ def _by_method(
             worst = np.flatnonzero((excess > _UNEQUAL * growth) & moved)
             if len(worst):
                 one = worst[np.argmax(excess[worst])]
-                return _described(run, times, components[one], small[one], large[one], step / parts, found[one])
+                held = _held(run, library, window, components[one], [more for more in finer if more >= parts], _EQUAL * growth[one])
+                return _described(run, times, components[one], small[one], large[one], step / held[0], held[1])
             settled = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, settled + 1, 0)
             if np.all(((settled > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
@@ -173,6 +186,20 @@ def _by_method(
         return None
     one = left[np.argmax(growth[left])]
     return _described(run, times, components[one], small[one], large[one], step / finer[-1], math.inf)
+
+
+def _held(
+    run: Run, library: Library, window: Array, component: int, finer: Sequence[int], equal: float
+) -> tuple[int, float]:  # fmt: skip
+    """Return into how many parts steps are to be cut for the next finer ones to agree on a component's size, and that size."""
+    steps, parts, size = len(window) - 1, finer[0], np.float64(np.inf)
+    for more in finer:
+        again = _again(run, library, window[0], steps, more)
+        found = np.float64(np.inf) if again is None else _sizes(run, again[-min(steps, WINDOW) :])[0][component]
+        if np.abs(np.log(size / found)) < equal:
+            break
+        parts, size = more, found
+    return parts, float(size)
 
 
 def _described(

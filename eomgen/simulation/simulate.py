@@ -27,7 +27,7 @@ from eomgen.results.scenery import seen
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Keeper
 from eomgen.simulation.constraint_violation import largest_violation
-from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite
+from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite, instability
 from eomgen.simulation.energy_balance import SAID, Balance, energy_balance
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
@@ -299,7 +299,10 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     if singular:
         details = f"; {singular.what}"
         hint = way_past(run.method, settings["step"], at_start=len(times) == 1)
-    if cause[0]:
+    if cause[0] and (by_method := unstable_growth(run, stepper.library, trajectory)):
+        what, hint = instability(by_method, run.method)
+        details = f"; {what}"
+    elif cause[0]:
         details, hint = details + cause[0], cause[1]
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
