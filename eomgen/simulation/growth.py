@@ -176,8 +176,9 @@ def _by_method(
             worst = np.flatnonzero((excess > _UNEQUAL * growth) & moved)
             if len(worst):
                 one = worst[np.argmax(excess[worst])]
-                held = _held(run, library, window, components[one], [more for more in finer if more >= parts], _EQUAL * growth[one])
-                return _described(run, times, components[one], small[one], large[one], step / held[0], held[1])
+                rest = finer[finer.index(parts) :]
+                held, size = _held(run, library, window, components[one], rest, _EQUAL * growth[one])
+                return _described(run, times, components[one], small[one], large[one], step / held, size)
             settled = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, settled + 1, 0)
             if np.all(((settled > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
