@@ -14,12 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 
-#: Share of the energies at work beyond which a run says that its balance is off.
-SAID = 0.01
+#: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has failed that
+#: gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
+SAID, FAILED = 0.01, 0.49
 #: Rows that the integral of a power needs.
 _ROWS = 5
 #: Error of an integral over rows, in times what every second row makes of it.
 _MARGIN = 4.0
+#: What is out of balance in fewer than one of so many intervals between rows happens between them and not by each step.
+_FEW = 20
 
 
 class Balance(NamedTuple):
@@ -30,11 +33,13 @@ class Balance(NamedTuple):
     error : largest violation of the balance, as a share of the energies that move; None where it is not known
     unknown : why it is not known
     infinite : s, the first time at which the energy is beyond the finite numbers; None where it never is
+    gain : what of the error is energy that no work brought; the rest was lost, as to numerical damping
     """
 
     error: float | None
     unknown: str = ""
     infinite: float | None = None
+    gain: float = 0.0
 
     def __str__(self) -> str:
         if self.error is None:
@@ -42,7 +47,10 @@ class Balance(NamedTuple):
         return f"off by {100.0 * self.error:.2g} % of the energies at work"
 
 
-def energy_balance(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (), *, conservative: bool = False) -> Balance:
+def energy_balance(
+    t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (), *, conservative: bool = False, sparse: bool = False,
+    epsilon: float = 0.0,
+) -> Balance:  # fmt: skip
     """Return the balance of energy over rows.
 
     Parameters
@@ -54,6 +62,10 @@ def energy_balance(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (),
         Where forces jump: rows next to these are passed over, for what is done in between they do not tell.
     conservative : bool
         Whether there is no power in any state.
+    sparse : bool
+        Whether steps lie between the rows, and with them pulses of power that no row shows.
+    epsilon : float
+        Last place of the numbers that energies are computed in.
     """
     if not all(name in energy for name in ("kinetic", "potential", "total", "power", "base_power")):
         return Balance(None, "the model was built without the term energy")
@@ -64,9 +76,9 @@ def energy_balance(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (),
         return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
     total = energy["total"]
     moving = np.ptp(energy["potential"]) + np.max(energy["kinetic"])
-    floor = 1e-9 * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
+    floor = max(1e-9, 100.0 * epsilon) * (np.max(np.abs(energy["potential"])) + np.max(energy["kinetic"]))
     if conservative:
-        return Balance(float(np.max(np.abs(total - total[0])) / moving) if moving > floor else 0.0)
+        return _shares(total - total[0], moving) if moving > floor else Balance(0.0)
     rate = energy["power"] + energy["base_power"]
     rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
     known = _smooth_intervals(t, jumps)
@@ -77,11 +89,17 @@ def energy_balance(t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (),
     swing = moving + np.max(np.abs(work))
     change = np.append(0.0, np.cumsum(np.where(known, np.diff(total), 0.0)))
     error = np.max(np.abs(change - work))
+    off = np.abs(np.diff(change - work))
+    pulse = sparse and _FEW * np.sum(off) ** 2 < len(off) * np.sum(off**2)
     if swing <= floor:
         return Balance(0.0)
-    if error <= uncertain and uncertain > SAID * swing:
+    if (error <= uncertain and uncertain > SAID * swing) or (pulse and error > SAID * swing):
         return Balance(None, "the rows are too far apart to tell the work in between")
-    return Balance(float(error / swing))
+    return _shares(change - work, swing)
+
+
+def _shares(off: Array, swing: float) -> Balance:
+    return Balance(float(np.max(np.abs(off)) / swing), gain=float(np.max(off) / swing))
 
 
 def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:

@@ -28,7 +28,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Keeper
 from eomgen.simulation.constraint_violation import largest_violation
 from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite, instability
-from eomgen.simulation.energy_balance import SAID, Balance, energy_balance
+from eomgen.simulation.energy_balance import FAILED, SAID, Balance, energy_balance
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
 from eomgen.simulation.run import Run, keeper_of, start_of, words_of_start
@@ -231,7 +231,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
     jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
     conservative = model.library.layout["facts"]["conservative"]
-    balance = energy_balance(t, energy, jumps, conservative=conservative)
+    epsilon = float(np.finfo(np.float32 if model.library.real == "float" else np.float64).eps)
+    balance = energy_balance(t, energy, jumps, conservative=conservative, sparse=run.every > 1, epsilon=epsilon)
     if balance.error is not None and balance.error > SAID and at_rest(run, trajectory.rows):
         balance = Balance(0.0)
     if success:
@@ -241,7 +242,8 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
         elif doubt := doubts(statistics, balance, run.settings["step"], cause, violation):
-            message = f"{message}; {doubt}"
+            success = balance.gain <= FAILED
+            message = f"{message}{'; ' if success else ', but '}{doubt}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
     if balance.error is not None:
