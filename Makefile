@@ -1,4 +1,5 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
+# make coverage shows which lines the first tier runs, 90 % of them or more
 # make test   passes the tests: one witness of each kind; make test-all runs the others
 # Each makes its own virtual environment in .venv and installs what it needs.
 
@@ -7,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test test-all browser lint types golden bench clean
+.PHONY: demo test test-all coverage browser lint types golden bench clean
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -41,6 +42,9 @@ test: $(VENV)/installed-test browser
 
 test-all: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest -n auto -m slow
+
+coverage: $(VENV)/installed-test browser
+	$(BIN)/python -m pytest -n auto -m "not slow" --cov=eomgen --cov-report=term --cov-fail-under=90
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
