@@ -1,6 +1,6 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
-# make coverage shows which lines the first tier runs, 90 % of them or more
 # make test   passes the tests: one witness of each kind; make test-all runs the others
+# make coverage shows which lines the first tier runs, 90 % of them or more
 # Each makes its own virtual environment in .venv and installs what it needs.
 
 PYTHON ?= python3
