@@ -403,7 +403,8 @@ import eomgen
 model = eomgen.build({path!r}, profile="quick")
 run = model.simulate(1e-3, 1e-3)
 seconds = time.perf_counter() - start
-print(run.success, [name for name in ("sympy", "jinja2", "scipy", "matplotlib", "setuptools") if name in sys.modules], seconds)
+print(run.success, [name for name in ("sympy", "jinja2", "scipy", "matplotlib", "setuptools") if name in \
+sys.modules], seconds)
 """
 
 

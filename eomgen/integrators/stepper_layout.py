@@ -8,9 +8,10 @@ from typing import Any
 #: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements it.
 STEPPER_CDEF = """\
 long eomgen_stepper_size(int what);
-int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state, double *workspace);
-int eomgen_run(const double *parameters, const double *settings, double *state, double *workspace, long steps, long record_every,
-    const double *u_table, double *record, long *recorded);
+int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state,
+    double *workspace);
+int eomgen_run(const double *parameters, const double *settings, double *state, double *workspace, long steps,
+    long record_every, const double *u_table, double *record, long *recorded);
 const char *eomgen_status_text(int status);
 """
 #: Meaning of the argument of ``eomgen_stepper_size``.

@@ -83,7 +83,8 @@ def centres(solution: eomgen.Solution, row: int) -> dict[str, np.ndarray]:
 
 #: Says on the console what the camera sees whenever the page tells it: pictures have another size than documents.
 WATCH = """<script>
-new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(canvas, { attributeFilter: ["data-view"] });
+new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(canvas,
+  { attributeFilter: ["data-view"] });
 </script>"""
 
 
@@ -179,7 +180,8 @@ for (const [width, height] of [[1200, 800], [900, 600], [480, 800]]) {
     for (const body of bodies) for (const place of body.reach) see(placed(poseAt(body.carrier, frame, 0), place));
   }
   const { left, right, top, bottom } = camera.free;
-  told.push([Math.min(...columns) - left, right - Math.max(...columns), Math.min(...rows) - top, bottom - Math.max(...rows)]);
+  told.push([Math.min(...columns) - left, right - Math.max(...columns),
+    Math.min(...rows) - top, bottom - Math.max(...rows)]);
 }
 orbit(30, 0); const mine = camera.azimuth; resize();
 document.body.dataset.told = JSON.stringify({ margins: told, kept: camera.azimuth === mine });

@@ -25,7 +25,8 @@ static int advance(const NAME_parameters *p, const NAME_settings *s, int steps)
     return (int)status;
 }
 
-/* run FILE: 80 steps, a checkpoint after 30; resume FILE: the last 50 of them. Both print the bytes of the state at the end. */
+/* run FILE: 80 steps, a checkpoint after 30; resume FILE: the last 50 of them.
+   Both print the bytes of the state at the end. */
 int main(int argc, char **argv)
 {
     NAME_parameters p;
@@ -71,7 +72,8 @@ HELD = """
 #include <stdio.h>
 #include "NAME.h"
 
-/* A table whose inputs change from step to step: each row is held over the step that begins with it. Prints q at the end. */
+/* A table whose inputs change from step to step: each row is held over the step that begins with it.
+   Prints q at the end. */
 int main(void)
 {
     static NAME_workspace work;

@@ -158,16 +158,17 @@ def _mimics(path: Path, scene: Scene) -> dict[str, tuple[str, float, float]]:
 
 HEAD = f"""# Robots as URDF
 
-Every URDF of [example-robot-data](https://github.com/Gepetto/example-robot-data), read by eomgen and by Pinocchio. *Agrees*
-means that the mass matrix and inverse dynamics at {STATES} random states are those of Pinocchio to 1e-11 of their norm, with the
-root fixed and with the root free, and that both read the same placements and inertias. Joints that mimic others are no degrees
-of freedom; Pinocchio's model, in which they move on their own, is projected.
+Every URDF of [example-robot-data](https://github.com/Gepetto/example-robot-data), read by eomgen and by Pinocchio.
+*Agrees* means that the mass matrix and inverse dynamics at {STATES} random states are those of Pinocchio to 1e-11
+of their norm, with the root fixed and with the root free, and that both read the same placements and inertias.
+Joints that mimic others are no degrees of freedom; Pinocchio's model, in which they move on their own, is
+projected.
 
-What is refused has a joint that nothing can move, so that M would be singular, or a broken description. Inertias that no body
-can have are taken as the file has them, with a note in `scene.notes`, and refused with `strict`: many files in use have some,
-and M is positive definite at every state here all the same (the table would say where not). A moment below zero by less than 1e-6
-of the largest counts as rounding, and the link as one against the triangle inequality: of 13 files with a negative moment, 5 are
-left that way.
+What is refused has a joint that nothing can move, so that M would be singular, or a broken description. Inertias
+that no body can have are taken as the file has them, with a note in `scene.notes`, and refused with `strict`: many
+files in use have some, and M is positive definite at every state here all the same (the table would say where not).
+A moment below zero by less than 1e-6 of the largest counts as rounding, and the link as one against the triangle
+inequality: of 13 files with a negative moment, 5 are left that way.
 
 This page is made by `{COMMAND}`, and a test compares it with what is found.
 

@@ -306,7 +306,8 @@ rod = { type = "distance", first = "a", second = "b", length = 1 }
 [controllers.hold]
 type = "state_feedback"
 coordinates = ["left"]
-calibration = { method = "lqr", effort_weights = 0.01, position_weights = { right = 50 }, velocity_weights = { left = 2 } }
+calibration = { method = "lqr", effort_weights = 0.01, position_weights = { right = 50 }, velocity_weights = { left \
+= 2 } }
 [efforts]
 hold = { joint = "left", effort = "hold" }
 """

@@ -37,7 +37,8 @@ heaviness = {{ value = 1.2, unit = "kg/m", tunable = true }}
 [beams.blade]
 length = "1000 cm"
 mass_per_length = "heaviness"
-bending_y = {{ modes = 2, stiffness = "flexural", damping_ratio = 0.01, initial = {{ position = ["10 mm", 0], velocity = 0 }} }}
+bending_y = {{ modes = 2, stiffness = "flexural", damping_ratio = 0.01, initial = {{ position = ["10 mm", 0], \
+velocity = 0 }} }}
 """
 
 

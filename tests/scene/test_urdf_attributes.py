@@ -25,7 +25,8 @@ FULL = f"""<?xml version="1.0"?>
   <material name="blue"><color rgba="0 0 1 1"/></material>
   <link name="foot">{INERTIAL.format(7)}</link>
   <link name="A">{INERTIAL.format(2)}
-    <visual name="seen"><origin xyz="1 0 0" quat_xyzw="0 0 0 1"/><geometry><capsule radius="1" length="2"/></geometry></visual>
+    <visual name="seen"><origin xyz="1 0 0" quat_xyzw="0 0 0 1"/><geometry><capsule radius="1" \
+length="2"/></geometry></visual>
     <collision name="felt"><geometry><mesh filename="a.stl" scale="1 1 1"/></geometry></collision></link>
   <link name="B">{INERTIAL.format(3)}</link> <link name="C">{INERTIAL.format(4)}</link>
   <link name="D">{INERTIAL.format(5)}</link> <link name="E">{INERTIAL.format(6)}</link>
@@ -38,7 +39,8 @@ FULL = f"""<?xml version="1.0"?>
   <joint name="c" type="fixed"><parent link="B"/><child link="C"/><origin xyz="1 0 2" rpy="0 0.5 0"/>
     <axis xyz="0 0 1"/><dynamics damping="2" friction="1"/><limit lower="-1" upper="2" effort="3" velocity="2"/>
     <mimic joint="a" multiplier="2" offset="1"/>{SAFETY}</joint>
-  <joint name="d" type="planar"><parent link="C"/><child link="D"/><axis xyz="0 1 1"/><dynamics damping="0" friction="0"/></joint>
+  <joint name="d" type="planar"><parent link="C"/><child link="D"/><axis xyz="0 1 1"/><dynamics damping="0" \
+friction="0"/></joint>
   <joint name="e" type="floating"><parent link="D"/><child link="E"/><axis xyz="0 1 0"/></joint>
   <transmission name="t"><type>simple</type></transmission>
   <gazebo reference="A"><kp>1</kp></gazebo>

@@ -37,7 +37,8 @@ damping = 0.5
 initial = { position = 0.3 }
 [controllers]
 motor = { type = "low_pass", signal = "servo", gain = 0.9, time_constant = 0.02, initial = 0.4 }
-phase = { type = "lead_lag", signal = "v.pin", time_constant = 0.05, lead = 0.1, gain = 2, initial_filtered = 0.1, maximum = 1.5 }
+phase = { type = "lead_lag", signal = "v.pin", time_constant = 0.05, lead = 0.1, gain = 2, initial_filtered = 0.1, \
+maximum = 1.5 }
 slow = { type = "pi", signal = "phase", proportional = 0.1, integral = 0.3, initial = -0.2 }
 [controllers.servo]
 type = "pid"

@@ -8,7 +8,8 @@ from tests.failures.failure import Failure
 ROBOT = """\
 <robot name="r">
   <link name="ground"/>
-  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" \
+iyz="0"/></inertial></link>
   <joint name="lift" type="revolute">
     <parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/>
   </joint>
