@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.integrators.methods import method_named
 from eomgen.simulation.singular_positions import NEARLY, nearest_singular, singular_ahead, way_past, way_through
 from tests.oracles.placed_loops import four_bar, windows
 
@@ -95,10 +96,11 @@ def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
 
 def test_ways_are_those_of_the_method() -> None:
     other = "rk4_partitioned, which passes such positions along the velocity"
-    assert way_through("hht", 1e-3) == f"a step smaller than 0.001 s, or {other}"
-    assert way_past("hht", 1e-3, at_start=False) == f"{other}; steps smaller than 0.001 s may come nearer to it"
-    assert way_through("rk4_partitioned", 1e-3) == "a step smaller than 0.001 s"
-    past = way_past("rk4_partitioned", 1e-3, at_start=False)
+    stops, passes = method_named("hht"), method_named("rk4_partitioned")
+    assert way_through(stops, 1e-3) == f"a step smaller than 0.001 s, or {other}"
+    assert way_past(stops, 1e-3, at_start=False) == f"{other}; steps smaller than 0.001 s may come nearer to it"
+    assert way_through(passes, 1e-3) == "a step smaller than 0.001 s"
+    past = way_past(passes, 1e-3, at_start=False)
     assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
 
 
