@@ -32,7 +32,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "codegen/test_golden.py::test_hash_seeds_do_not_change_a_byte": ("1",),
     "codegen/test_loops.py::test_loop_equals_unrolled_and_the_tape": ("double", "float"),
     "codegen/test_recurrence.py::test_without_the_inertia_matrix_forward_dynamics_serves": (),
-    "codegen/test_rolling.py::test_the_text_of_a_chain_does_not_grow_with_its_links": (),
+    "codegen/test_rerolling.py::test_the_text_of_a_chain_does_not_grow_with_its_links": (),
     "codegen/test_schedule.py::test_numbers_are_those_of_the_tape": ("1500-6-1000000000", "1-40-1000000000"),
     "codegen/test_stand_alone.py::test_program_runs_as_simulate_does": (
         "generalized_alpha-True", "rk4-True", "taylor-False", "hermite-False",

@@ -27,8 +27,8 @@ class Statement:
     ``Program.loops``, slot of the first gathered value, slot of the first result); ``gather`` (slot, step, block or "w",
     index, step, length): equally spaced places into the workspace; ``spread`` (output number, component, step, slot, step,
     length, sign): equally spaced slots into an output; ``circular`` (slot of the first sine, slot of the first cosine, block,
-    index, step, length): sines and cosines of equally spaced inputs into the workspace; ``repeat`` (turns, statements, read,
-    given): a loop over k whose statements read components of block ``read`` and fill those of output 0.
+    index, step, length): sines and cosines of equally spaced inputs into the workspace; ``repeat`` (number of iterations,
+    statements, read, given): a loop over k whose statements read components of block ``read`` and fill output 0.
 
     ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block, of the
     workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers", values)``

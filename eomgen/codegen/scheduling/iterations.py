@@ -1,7 +1,7 @@
-"""A loop found in a function -> the text of one turn, and where each turn finds and leaves its values.
+"""Body of a rerolled loop, and the indices at which each iteration reads and stores its values.
 
-The turn is scheduled as a function of its own whose inputs are what it reads from elsewhere. A place that moves by the same
-step from turn to turn is counted, any other rule becomes a table.
+The body is scheduled as a function of its own; its inputs are the values that it reads from outside the iteration.
+Equally spaced indices become start + step k, all others a table.
 """
 
 from __future__ import annotations
@@ -12,31 +12,31 @@ from itertools import pairwise
 from typing import Any, Protocol, cast
 
 from eomgen.codegen.program import Expression, Statement
-from eomgen.codegen.scheduling.rerolling import Roll, operands
+from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
 
-#: The block of a turn's inputs.
+#: The block of an iteration's inputs.
 READ = "read"
 
 #: Output number, component, sign, operation.
-Left = tuple[int, int, int, int]
-#: Position in the turn, output number, sign, component in each turn.
+Unmatched = tuple[int, int, int, int]
+#: Position in the iteration, output number, sign, component in each iteration.
 Column = tuple[int, int, int, list[int]]
 
 
 @dataclass(frozen=True)
-class Turn:
-    """One turn.
+class Iteration:
+    """One iteration.
 
     Attributes
     ----------
-    kernel, results : the operations of the turn, whose inputs are the components of block ``read``, and what they give: ``given``
-    read, given : expressions of the turn's number (see ``program.Statement``, kind ``repeat``)
-    exports : positions in the turn of operations that the workspace keeps
-    first : the place of the first one of turn 0; turn k keeps its n exports from ``first + n k`` on
-    left : results that no rule covers; they are in the workspace
+    kernel, results : operations of the body, with inputs in block ``read``, and the references stored to ``given``
+    read, given : expressions of the iteration number (see ``program.Statement``, kind ``repeat``)
+    exports : positions in the body of operations that are stored in the workspace
+    first : workspace index of the first export of iteration 0; the n exports of iteration k start at ``first + n k``
+    unmatched : outputs that not all iterations store alike; they are copied from the workspace
     """
 
     kernel: Tape
@@ -45,27 +45,27 @@ class Turn:
     given: tuple[Expression, ...]
     exports: tuple[int, ...]
     first: int
-    left: tuple[Left, ...]
+    unmatched: tuple[Unmatched, ...]
 
 
 class Values(Protocol):
-    """What a loop asks of the function that it is in."""
+    """The services of the enclosing function that a loop uses."""
 
     def reserve(self, count: int) -> int:
-        """Return the first of so many new places in the workspace."""
+        """Return the first index of ``count`` new workspace entries."""
 
     def leaf(self, ref: Ref) -> Expression:
-        """Return what stands for a value that all turns share."""
+        """Return the expression of a value that all iterations share."""
 
     def slot(self, node: int) -> int:
-        """Return where the workspace has a value, putting it there if it has to."""
+        """Return the workspace index of a value, which is stored there if it is not yet."""
 
 
 Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
 def copies(expressions: Sequence[Expression], output: int, components: Sequence[int]) -> tuple[Any, ...] | None:
-    """Return the data of a loop that stores constants, or places of the workspace, in an output; None for anything else."""
+    """Return the data of a loop that copies constants or workspace entries to an output; None for other expressions."""
     minus = all(isinstance(item, tuple) and item[0] == "neg" for item in expressions)
     if minus:
         expressions = [cast("tuple[str, Expression]", item)[1] for item in expressions]
@@ -80,23 +80,25 @@ def copies(expressions: Sequence[Expression], output: int, components: Sequence[
     return len(components), (copied,), (read,), (("row", output, *rule(components)),)
 
 
-def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, values: Values) -> Turn:
-    """Return one turn of a loop.
+def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: Values) -> Iteration:
+    """Return the body of a loop and the rules of its indices.
 
     Parameters
     ----------
     read_outside : operations that the rest of the function reads
     stores : where operations are stored: output number, component, sign
     """
-    turns = loop.turns
-    place = {node: (k, j) for k, turn in enumerate(turns) for j, node in enumerate(turn)}
-    columns, left = _rows_of_outputs(turns, stores)
-    kept = {j for turn in turns for j, node in enumerate(turn) if node in read_outside} | {place[item[3]][1] for item in left}
-    for k, turn in enumerate(turns):
-        reached = (place.get(abs(ref)) for node in turn for ref in operands(tape, node))
+    iterations = loop.iterations
+    place = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
+    columns, unmatched = _rows_of_outputs(iterations, stores)
+    kept = {j for iteration in iterations for j, node in enumerate(iteration) if node in read_outside} | {
+        place[item[3]][1] for item in unmatched
+    }
+    for k, iteration in enumerate(iterations):
+        reached = (place.get(abs(ref)) for node in iteration for ref in operands(tape, node))
         kept |= {found[1] for found in reached if found is not None and found[0] != k}
     exports = tuple(sorted(kept))
-    first = values.reserve(len(exports) * len(turns))
+    first = values.reserve(len(exports) * len(iterations))
     row = {j: number for number, j in enumerate(exports)}
     kernel = Tape()
     known: list[Ref] = []
@@ -105,19 +107,23 @@ def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, valu
 
     def slot(node: int) -> int:
         if node in place:
-            turn, position = place[node]
-            return first + len(exports) * turn + row[position]
+            iteration, position = place[node]
+            return first + len(exports) * iteration + row[position]
         return values.slot(node)
 
     for j in range(loop.period):
-        label = tape.label(turns[0][j])
+        label = tape.label(iterations[0][j])
         if label and (not kernel.blocks or kernel.blocks[-1][1] != f"{label}, and so on"):
             kernel.blocks.append((len(kernel.op), f"{label}, and so on"))
         taken: list[Ref] = []
-        for number, ref in enumerate(operands(tape, turns[0][j])):
-            refs = [operands(tape, turn[j])[number] for turn in turns]
-            turn_number, position = place.get(abs(ref), (-1, -1))
-            if turn_number == 0 and abs(refs[-1]) in place and place[abs(refs[-1])] == (len(turns) - 1, position):
+        for number, ref in enumerate(operands(tape, iterations[0][j])):
+            refs = [operands(tape, iteration[j])[number] for iteration in iterations]
+            iteration_number, position = place.get(abs(ref), (-1, -1))
+            if (
+                iteration_number == 0
+                and abs(refs[-1]) in place
+                and place[abs(refs[-1])] == (len(iterations) - 1, position)
+            ):
                 taken.append(known[position] if ref > 0 else -known[position])
                 continue
             if len(set(refs)) == 1 and (value := tape.value(ref)) is not None:
@@ -128,34 +134,37 @@ def turn_of(tape: Tape, loop: Roll, read_outside: set[int], stores: Stores, valu
                 inputs[expression] = kernel.input(READ, len(read))
                 read.append(expression)
             taken.append(inputs[expression])
-        known.append(record(kernel, tape.op[turns[0][j]], taken))
+        known.append(record(kernel, tape.op[iterations[0][j]], taken))
 
     given: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
     results = [known[j] for j in exports]
     for j, output, sign, components in columns:
         given.append(("row", output, *rule(components)))
         results.append(sign * known[j])
-    return Turn(kernel, tuple(results), tuple(read), tuple(given), exports, first, tuple(left))
+    return Iteration(kernel, tuple(results), tuple(read), tuple(given), exports, first, tuple(unmatched))
 
 
-def _rows_of_outputs(turns: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Left]]:
-    """Return what all turns store alike, and the stores that are left."""
+def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Unmatched]]:
+    """Return the outputs that all iterations store alike, and the others."""
     columns: list[Column] = []
-    left: list[Left] = []
-    for j in range(len(turns[0])):
-        of_turns = [sorted((number, sign, component) for number, component, sign in stores.get(turn[j], ())) for turn in turns]
-        alike = [(number, sign) for number, sign, _ in of_turns[0]]
-        if all([(number, sign) for number, sign, _ in found] == alike for found in of_turns):
+    unmatched: list[Unmatched] = []
+    for j in range(len(iterations[0])):
+        by_iteration = [
+            sorted((number, sign, component) for number, component, sign in stores.get(iteration[j], ()))
+            for iteration in iterations
+        ]
+        alike = [(number, sign) for number, sign, _ in by_iteration[0]]
+        if all([(number, sign) for number, sign, _ in found] == alike for found in by_iteration):
             for position, (number, sign) in enumerate(alike):
-                columns.append((j, number, sign, [found[position][2] for found in of_turns]))
+                columns.append((j, number, sign, [found[position][2] for found in by_iteration]))
         else:
-            for turn, found in zip(turns, of_turns, strict=True):
-                left += [(number, component, sign, turn[j]) for number, sign, component in found]
-    return columns, left
+            for iteration, found in zip(iterations, by_iteration, strict=True):
+                unmatched += [(number, component, sign, iteration[j]) for number, sign, component in found]
+    return columns, unmatched
 
 
 def _read(tape: Tape, refs: Sequence[Ref], values: Values, slot: Callable[[int], int]) -> Expression:
-    """Return what an operand is in turn k."""
+    """Return an operand as an expression of the iteration number k."""
     if len(set(refs)) == 1:
         return values.leaf(refs[0])
     minus = refs[0] < 0
@@ -173,7 +182,7 @@ def _read(tape: Tape, refs: Sequence[Ref], values: Values, slot: Callable[[int],
 
 
 def rule(places: Sequence[int]) -> tuple[object, ...]:
-    """Return (start, step) where places are equally spaced, else one tuple of them all."""
+    """Return (start, step) for equally spaced indices, else a tuple that holds the tuple of all."""
     if len(places) == 1:
         return (places[0], 0)
     step = places[1] - places[0]
@@ -182,7 +191,7 @@ def rule(places: Sequence[int]) -> tuple[object, ...]:
     return (tuple(places),)
 
 
-#: Copies of equally spaced places become a loop from this length on.
+#: Least number of copies with equally spaced indices that become a loop.
 RUN_FROM = 4
 
 

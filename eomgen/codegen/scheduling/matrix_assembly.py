@@ -110,7 +110,7 @@ class _Loops:
             ]
             tape = Tape()
             total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
-            made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, roll=False)
+            made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
             target: Expression = ("row", members[0][1][0], *rule([place for _, (_, place) in members]))
             result.append(Statement("repeat", (len(members), made.parts[0].statements, tuple(read), (target,))))
         return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import accumulate
 
-from eomgen.codegen.scheduling.rerolling import Roll, operands
+from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -23,17 +23,23 @@ class Plan:
     part_of, last_part : the part that computes an operation, and the last one that reads it.
     uses : how often an operation is read or stored.
     stores : where an operation is stored: output number, component, sign.
-    rolls : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
+    loops : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
     read_outside : operations of loops that are read outside of their loop.
     """
 
     def __init__(
-        self, tape: Tape, outputs: Sequence[Sequence[Ref]], part_limit: int, roll: Callable[[Tape, Sequence[int]], list[Roll]]
+        self,
+        tape: Tape,
+        outputs: Sequence[Sequence[Ref]],
+        part_limit: int,
+        reroll: Callable[[Tape, Sequence[int]], list[RerolledLoop]],
     ) -> None:
         self.tape = tape
         self.live = [node for node in tape.live(ref for refs in outputs for ref in refs) if tape.op[node] not in LEAVES]
-        self.rolls = {loop.turns[0][0]: loop for loop in roll(tape, self.live)}
-        self.head = {node: head for head, loop in self.rolls.items() for turn in loop.turns for node in turn}
+        self.loops = {loop.iterations[0][0]: loop for loop in reroll(tape, self.live)}
+        self.head = {
+            node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
+        }
         leader = self._leaders()
         self.order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
         self.members: dict[int, list[int]] = {}
@@ -68,7 +74,7 @@ class Plan:
 
     def weight(self, node: int) -> int:
         """Return how many operations are written for an entry of ``order``."""
-        return self.rolls[node].period if node in self.rolls else 1
+        return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
         """Return an operation and those computed together with it, in order."""
@@ -80,7 +86,7 @@ class Plan:
         return [
             node
             for first in self.part(number)
-            if self.tape.op[first] is not Op.MAP and first not in self.rolls
+            if self.tape.op[first] is not Op.MAP and first not in self.loops
             for node in self.group(first)
             if self.last_part[node] > number
         ]
@@ -103,8 +109,13 @@ class Plan:
         tape, uses, last_part = self.tape, self.uses, self.last_part
         for node in self.order:
             part = self.part_of[node]
-            if node in self.rolls:  # what a loop reads gets a statement of its own, so it counts twice
-                read = [ref for turn in self.rolls[node].turns for member in turn for ref in operands(tape, member)] * 2
+            if node in self.loops:  # what a loop reads gets a statement of its own, so it counts twice
+                read = [
+                    ref
+                    for iteration in self.loops[node].iterations
+                    for member in iteration
+                    for ref in operands(tape, member)
+                ] * 2
             else:
                 read = list(tape.operands(node) if tape.op[node] is _MAP else operands(tape, node))
             for ref in read:

@@ -1,9 +1,8 @@
-"""Runs of operations that repeat, found in the order of the tape, so that a chain of identical bodies is written as loops.
+"""Loop rerolling: repeated sequences of operations on the tape, as in chains of identical bodies, become loops.
 
-Recursions over bodies record the same operations for each of them, one body after the other. Where a sequence of operation codes
-repeats with some period, one period becomes the text of a loop; what its operands are in each turn is looked up, not assumed:
-values of the same turn are locals, everything else has a place that may follow any rule. This is loop rerolling; repeats
-are found by hashes of windows (Karp and Rabin 1987).
+Recursions over bodies record the same operations for each body in turn. Where a sequence of operation codes repeats
+with some period, one period becomes the body of a loop. Operands within the same iteration are locals, all others are
+workspace or array entries at looked-up indices. Repeats are found by hashes of windows (Karp and Rabin 1987).
 """
 
 from __future__ import annotations
@@ -25,27 +24,27 @@ for _op in UNARY:
 _ARITY[Op.SELECT] = 3
 _ARITY[Op.CURVE] = 1
 
-#: Operations that a loop must save in the text to be worth it.
-SAVED = 150
-#: Turns of a loop at least.
-TURNS = 4
-#: Operations in a row by which repeats are found, and distances between repeats that are tried.
+#: Least number of operations that a loop removes from the text.
+MINIMUM_SAVED = 150
+#: Least number of iterations of a loop.
+MINIMUM_ITERATIONS = 4
+#: Length of the hashed windows, in operations, and number of candidate periods.
 _WINDOW = 24
 _DISTANCES = 12
 
-#: Inputs that are arrays; members of structs are no places that a loop could count through.
+#: Inputs that are arrays; a loop cannot index members of structs.
 _ARRAYS = frozenset(INPUT_BLOCKS) - {"p", "t", "base"}
 
 
 @dataclass(frozen=True)
-class Roll:
-    """A loop: the operations of every turn, in the same order; ``turns[k][j]`` is operation j of turn k."""
+class RerolledLoop:
+    """A loop; ``iterations[k][j]`` is the tape node of operation j in iteration k."""
 
-    turns: tuple[tuple[int, ...], ...]
+    iterations: tuple[tuple[int, ...], ...]
 
     @property
     def period(self) -> int:
-        return len(self.turns[0])
+        return len(self.iterations[0])
 
 
 def operands(tape: Tape, node: int) -> tuple[int, ...]:
@@ -56,18 +55,20 @@ def operands(tape: Tape, node: int) -> tuple[int, ...]:
     return (tape.a[node],) if arity == 1 else (tape.a[node], tape.b[node], tape.c[node])
 
 
-def find_rolls(tape: Tape, live: Sequence[int]) -> list[Roll]:
-    """Return the loops in a sequence of operations, in order and apart from each other."""
+def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
+    """Return the loops in a sequence of live tape nodes, in order and disjoint."""
     fixed = [node for node in live if not is_circular(tape, node)]
     codes = _codes(tape, fixed)
     found: list[tuple[int, int, int]] = []
     _search(codes, 0, len(codes), found)
-    rolls = []
-    for start, period, turns in sorted(found):
-        roll = _consistent(tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(turns)])
-        if roll is not None:
-            rolls.append(roll)
-    return rolls
+    loops = []
+    for start, period, iterations in sorted(found):
+        loop = _consistent(
+            tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
+        )
+        if loop is not None:
+            loops.append(loop)
+    return loops
 
 
 def is_circular(tape: Tape, node: int) -> bool:
@@ -76,7 +77,7 @@ def is_circular(tape: Tape, node: int) -> bool:
 
 
 def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
-    """Return a number for each operation that is the same where code, signs and kinds of operands are."""
+    """Return an integer per operation, equal for operations with equal code, signs and kinds of operands."""
     numbers: dict[tuple[object, ...], int] = {}
 
     def kind(ref: Ref) -> object:
@@ -97,16 +98,16 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
 
 
 def _search(codes: NDArray[np.uint64], low: int, high: int, found: list[tuple[int, int, int]]) -> None:
-    """Add (start, period, turns) of the repeats between two positions, the longest first, then those on either side of it."""
+    """Append (start, period, iterations) of the repeats in [low, high): the longest, then those on both sides of it."""
     pending = [(low, high)]
     while pending:
         low, high = pending.pop()
         best = _longest(codes[low:high])
         if best is None:
             continue
-        start, period, turns = best
-        found.append((low + start, period, turns))
-        pending += [(low, low + start), (low + start + period * turns, high)]
+        start, period, iterations = best
+        found.append((low + start, period, iterations))
+        pending += [(low, low + start), (low + start + period * iterations, high)]
 
 
 def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
@@ -125,31 +126,39 @@ def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
         edges = np.flatnonzero(same[1:] != same[:-1])
         starts, lengths = edges[::2], edges[1::2] - edges[::2]
         longest = int(np.argmax(lengths))
-        turns = int(lengths[longest]) // period + 1
-        saved = (turns - 1) * period
-        if turns >= TURNS and saved >= SAVED and (best is None or (saved, -period) > best[:2]):
-            best = (saved, -period, int(starts[longest]), turns)
+        iterations = int(lengths[longest]) // period + 1
+        saved = (iterations - 1) * period
+        if (
+            iterations >= MINIMUM_ITERATIONS
+            and saved >= MINIMUM_SAVED
+            and (best is None or (saved, -period) > best[:2])
+        ):
+            best = (saved, -period, int(starts[longest]), iterations)
     return None if best is None else (best[2], -best[1], best[3])
 
 
-def _consistent(tape: Tape, turns: Sequence[tuple[int, ...]]) -> Roll | None:
-    """Return the loop over the longest run of turns, around the middle one, in which the same operands are locals."""
-    place = {node: (k, j) for k, turn in enumerate(turns) for j, node in enumerate(turn)}
+def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLoop | None:
+    """Return the loop over the longest run of iterations around the middle one that have the same local operands."""
+    place = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
 
     def shape(k: int) -> list[int]:
         found = []
-        for node in turns[k]:
+        for node in iterations[k]:
             for ref in operands(tape, node):
-                turn, position = place.get(abs(ref), (-1, -1))
-                found.append(position if turn == k else -1)
+                iteration, position = place.get(abs(ref), (-1, -1))
+                found.append(position if iteration == k else -1)
         return found
 
-    middle = len(turns) // 2
+    middle = len(iterations) // 2
     wanted = shape(middle)
     first = last = middle
     while first > 0 and shape(first - 1) == wanted:
         first -= 1
-    while last + 1 < len(turns) and shape(last + 1) == wanted:
+    while last + 1 < len(iterations) and shape(last + 1) == wanted:
         last += 1
-    kept = turns[first : last + 1]
-    return Roll(tuple(kept)) if len(kept) >= TURNS and (len(kept) - 1) * len(kept[0]) >= SAVED else None
+    kept = iterations[first : last + 1]
+    return (
+        RerolledLoop(tuple(kept))
+        if len(kept) >= MINIMUM_ITERATIONS and (len(kept) - 1) * len(kept[0]) >= MINIMUM_SAVED
+        else None
+    )

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import cast
 
 from eomgen.codegen.program import Expression, Part, Statement
-from eomgen.codegen.scheduling.iterations import READ, Left, copies, runs, turn_of
+from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, runs
 from eomgen.codegen.scheduling.plan import Plan
-from eomgen.codegen.scheduling.rerolling import Roll, find_rolls, is_circular, operands
+from eomgen.codegen.scheduling.rerolling import RerolledLoop, find_loops, is_circular, operands
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
@@ -130,7 +130,7 @@ COPIED_FROM = 8
 
 
 class LoopWriter(Writer):
-    """Writes the loops that ``rolling`` found; it is the ``iterations.Values`` of each."""
+    """Writes the loops that ``rerolling`` found; it is the ``iterations.Values`` of each."""
 
     def _circular(self) -> None:
         """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through them."""
@@ -158,16 +158,16 @@ class LoopWriter(Writer):
         return symbol.block, symbol.index
 
     def reserve(self, count: int) -> int:
-        """Return the first of so many new slots of the workspace."""
+        """Return the first of ``count`` new slots of the workspace."""
         self.slots += count
         return self.slots - count
 
     def leaf(self, ref: Ref) -> Expression:
-        """Return what stands for a value that does not change from turn to turn."""
+        """Return the expression of a value that all iterations share."""
         return self._leaf(ref)
 
     def slot(self, node: int) -> int:
-        """Return where the workspace has a value, putting it there if it has to."""
+        """Return the workspace index of a value, which is stored there if it is not yet."""
         expression = self.expressions[node]
         if isinstance(expression, tuple) and expression[0] == "w":
             return int(expression[1])
@@ -176,23 +176,23 @@ class LoopWriter(Writer):
             self._emit("save", self.kept[node], self._leaf(node))
         return self.kept[node]
 
-    def _repeat(self, loop: Roll) -> None:
-        """Write a loop; what others need of it stays in the workspace, turn by turn."""
-        turn = turn_of(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
-        for k, nodes in enumerate(loop.turns):
-            for number, position in enumerate(turn.exports):
-                self.expressions[nodes[position]] = ("w", turn.first + k * len(turn.exports) + number)
-        for expression in turn.read:
+    def _repeat(self, loop: RerolledLoop) -> None:
+        """Write a loop; what others need of it stays in the workspace, iteration by iteration."""
+        iteration = loop_iteration(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
+        for k, nodes in enumerate(loop.iterations):
+            for number, position in enumerate(iteration.exports):
+                self.expressions[nodes[position]] = ("w", iteration.first + k * len(iteration.exports) + number)
+        for expression in iteration.read:
             plain = expression[1] if isinstance(expression, tuple) and expression[0] == "neg" else expression
             if isinstance(plain, tuple) and plain[0] == "row" and plain[1] != "w":
                 self.open.inputs.add(plain[1])
-        self.open.outputs |= {item[1] for item in turn.given if isinstance(item, tuple) and item[1] != "w"}
+        self.open.outputs |= {item[1] for item in iteration.given if isinstance(item, tuple) and item[1] != "w"}
         self.open.workspace = True
-        made = schedule(turn.kernel, [turn.results], (READ,), part_limit=10**9, fill=False, roll=False)
-        self._emit("repeat", len(loop.turns), made.parts[0].statements, turn.read, turn.given)
-        self._store_all(turn.left)
+        made = schedule(iteration.kernel, [iteration.results], (READ,), part_limit=10**9, fill=False, reroll=False)
+        self._emit("repeat", len(loop.iterations), made.parts[0].statements, iteration.read, iteration.given)
+        self._store_all(iteration.unmatched)
 
-    def _store_all(self, stores: Iterable[Left]) -> None:
+    def _store_all(self, stores: Iterable[Unmatched]) -> None:
         """Store values of the workspace, by loops where they are many."""
         groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
         for number, component, sign, node in stores:
@@ -222,8 +222,8 @@ NEST_LIMIT = 6
 #: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
 FILL_FROM = 9
 #: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of them.
-ROLL_FROM = 1500
-ROLLED_PART = 0.6
+REROLL_FROM = 1500
+REROLLED_PART = 0.6
 #: From this many angles on, their sines and cosines are taken in one loop.
 TOGETHER = 3
 _NAMES: list[str] = [""] * (max(Op) + 1)
@@ -249,8 +249,8 @@ class _Scheduler(LoopWriter):
         code = tape.op[node]
         if code is _MAP:
             self._map(node)
-        elif node in plan.rolls:
-            self._repeat(plan.rolls[node])
+        elif node in plan.loops:
+            self._repeat(plan.loops[node])
         elif node in self.circular:
             return
         elif node in plan.members:
@@ -286,7 +286,7 @@ class _Scheduler(LoopWriter):
         self._store(cosine)
 
     def _angles(self, nodes: Sequence[int]) -> None:
-        """Take sine and cosine of all angles that are inputs together, which compilers turn into vector instructions."""
+        """Compute sine and cosine of all angles that are inputs in one statement, which compilers can vectorise."""
         tape = self.tape
         leaders = [
             node for node in nodes
@@ -371,7 +371,7 @@ class _Scheduler(LoopWriter):
                 (component, ref) for component, ref in enumerate(refs)
                 if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
             ]  # fmt: skip
-            if self.plan.rolls:
+            if self.plan.loops:
                 numbers = [item for item in left if self.tape.value(item[1]) is not None]
                 left = [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
             for component, ref in left:
@@ -387,7 +387,7 @@ class _Scheduler(LoopWriter):
             self.open = Open()
             if number == 0:
                 self._leaves_out(may_fill)
-            if not plan.rolls:
+            if not plan.loops:
                 self._angles(plan.part(number))
             elif number == 0:
                 self._circular()
@@ -426,7 +426,7 @@ def schedule(
     curve_numbers: dict[int, int] | None = None,
     *,
     fill: bool = True,
-    roll: bool = True,
+    reroll: bool = True,
 ) -> Schedule:
     """Order the operations that the outputs need.
 
@@ -437,18 +437,18 @@ def schedule(
     loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
     curve_numbers : from the id of a curve to its number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
-    roll : whether what repeats may become loops.
+    reroll : whether what repeats may become loops.
     """
-    plan = Plan(tape, outputs, part_limit, _worthwhile if roll else lambda *_: [])
+    plan = Plan(tape, outputs, part_limit, _worthwhile if reroll else lambda *_: [])
     loops = {} if loop_numbers is None else loop_numbers
     curves = {} if curve_numbers is None else curve_numbers
     return _Scheduler(plan, outputs, input_order, nest_limit, loops, curves).run(fill)
 
 
-def _worthwhile(tape: Tape, live: Sequence[int]) -> list[Roll]:
-    """Return the loops of a long function, none where they would leave most of it as it is."""
-    if len(live) <= ROLL_FROM or any(tape.op[node] is _MAP for node in live):
+def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
+    """Return the loops of a long function, or none where they would shorten it too little."""
+    if len(live) <= REROLL_FROM or any(tape.op[node] is _MAP for node in live):
         return []
-    rolls = find_rolls(tape, live)
-    saved = sum((len(loop.turns) - 1) * loop.period for loop in rolls)
-    return rolls if len(live) - saved <= ROLLED_PART * len(live) else []
+    loops = find_loops(tape, live)
+    saved = sum((len(loop.iterations) - 1) * loop.period for loop in loops)
+    return loops if len(live) - saved <= REROLLED_PART * len(live) else []

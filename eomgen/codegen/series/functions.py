@@ -87,7 +87,15 @@ def _function(
 ) -> ProgramFunction:  # fmt: skip
     present = [output for output in outputs if output[1]]
     made = schedule(
-        tape, [refs for _, refs, _ in present], blocks, PART_LIMIT, NEST_LIMIT, {}, curve_numbers, fill=False, roll=False
+        tape,
+        [refs for _, refs, _ in present],
+        blocks,
+        PART_LIMIT,
+        NEST_LIMIT,
+        {},
+        curve_numbers,
+        fill=False,
+        reroll=False,
     )
     used = {block for part in made.parts for block in part.inputs}
     return ProgramFunction(

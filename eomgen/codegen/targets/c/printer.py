@@ -155,7 +155,7 @@ class Printer:
         return lines
 
     def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:
-        """Sines and cosines of many angles in one loop, which compilers turn into vector instructions."""
+        """Sines and cosines of many angles in one loop, which compilers can vectorise."""
         size = -(-len(angles) // LANES) * LANES
         values = [self._print(angle)[0] for _, _, angle in angles] + ["K(0.0)"] * (size - len(angles))
         lines = [f"const real angle[{size}] = {{ {', '.join(values)} }};", f"real sine[{size}], cosine[{size}];"]
@@ -166,9 +166,9 @@ class Printer:
         return lines
 
     def _repeat(
-        self, turns: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+        self, count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
     ) -> list[str]:
-        """A loop: tables first, then in each turn what it reads, its statements, and what it gives."""
+        """Return a rerolled loop: index tables, then per iteration the loads, the statements and the stores."""
         names: list[str] = []
         tables: list[str] = []
 
@@ -176,7 +176,7 @@ class Printer:
             name = f"table{len(names)}"
             names.append(name)
             rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
-            tables.append(f"static const {kind} {name}[{turns}] = {{")
+            tables.append(f"static const {kind} {name}[{count}] = {{")
             tables.extend(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)
             return f"{name}[k]"
 
@@ -206,7 +206,7 @@ class Printer:
         targets = [[target(item) for item in given]]
         inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, targets, self.prefix, "y", self.constants)
         body = [*loaded, *inside.lines(statements)]
-        lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {turns}; ++k) {{"]
+        lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {count}; ++k) {{"]
         return [*lines, *(f"        {line}" for line in body), "    }", "}"]
 
     def _target(self, output: int, component: int) -> str:

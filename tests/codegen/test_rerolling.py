@@ -10,7 +10,7 @@ import pytest
 
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import scheduler as scheduling
-from eomgen.codegen.scheduling.rerolling import find_rolls
+from eomgen.codegen.scheduling.rerolling import find_loops
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import LEAVES, Op
@@ -79,8 +79,8 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """Functions of any length are searched."""
-    monkeypatch.setattr(scheduling, "ROLL_FROM", 100)
-    monkeypatch.setattr(scheduling, "ROLLED_PART", 1.0)
+    monkeypatch.setattr(scheduling, "REROLL_FROM", 100)
+    monkeypatch.setattr(scheduling, "REROLLED_PART", 1.0)
 
 
 def loops_of(system: System, name: str = "all") -> list[int]:
@@ -114,8 +114,8 @@ def test_loops_read_values_of_other_turns_and_inputs_with_their_sign(cache: Path
 def test_loops_and_straight_code_give_the_same_bits(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     system = repetitive()
     straight = compile_program(to_program(system), cache, profile="reproducible")
-    monkeypatch.setattr(scheduling, "ROLL_FROM", 100)
-    monkeypatch.setattr(scheduling, "ROLLED_PART", 1.0)
+    monkeypatch.setattr(scheduling, "REROLL_FROM", 100)
+    monkeypatch.setattr(scheduling, "REROLLED_PART", 1.0)
     assert loops_of(system)
     rolled = compile_program(to_program(system), cache, profile="reproducible")
     assert call(straight, "all", POINT)[0].tobytes() == call(rolled, "all", POINT)[0].tobytes()
@@ -133,7 +133,7 @@ def test_what_does_not_repeat_stays_as_it_is() -> None:
         x, y = source.choice(nodes[-50:]), source.choice(nodes[-50:])
         nodes.append(source.choice([tape.add, tape.sub, tape.mul])(x, y))
     live = [node for node in tape.live(nodes[-5:]) if tape.op[node] not in LEAVES]
-    assert not find_rolls(tape, live)
+    assert not find_loops(tape, live)
 
 
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
