@@ -54,10 +54,10 @@ def f6_f8(y: Value, up_to: int = 8) -> tuple[Value, ...]:
     first, second = (((y * (-1.0)) + pole) for pole in series.POLES)
     scaled = y * (1.0 / series.POLES[0])
     by_first, by_second = _inverse(first), _inverse(second)
-    f6 = (by_first + by_second) * 2.0 + polynomial(series.F6_REST, scaled)
+    f6 = (by_first + by_second) * 2.0 + polynomial(series.F6_REMAINDER, scaled)
     if up_to == 6:
         return (f6,)
-    f8 = (by_first * by_first + by_second * by_second) * 4.0 + polynomial(series.F8_REST, scaled)
+    f8 = (by_first * by_first + by_second * by_second) * 4.0 + polynomial(series.F8_REMAINDER, scaled)
     return f6, f8
 
 

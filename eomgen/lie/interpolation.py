@@ -46,12 +46,16 @@ def group_curve(factors: Sequence[FactorLike], first: Curve, last: Curve, durati
     h, x = duration[:, np.newaxis], s[:, np.newaxis]
     theta1 = product.difference(factors, q0, q1)
     rate1 = _each(factors, numeric.tangent_inverse, theta1, v1)
-    second1 = _each(factors, numeric.tangent_inverse, theta1, a1 - _bend(factors, theta1, rate1))
+    second1 = _each(factors, numeric.tangent_inverse, theta1, a1 - _tangent_rate(factors, theta1, rate1))
     parts = (theta1, h * v0, h * rate1, h * h * a0, h * h * second1)
     weights = (_VALUE, *_FIRST, *_SECOND)
     theta, rate, second = (_sum(weights, parts, x, order) / h**order for order in range(3))
     v = _each(factors, numeric.tangent, theta, rate)
-    return product.update(factors, q0, theta), v, _each(factors, numeric.tangent, theta, second) + _bend(factors, theta, rate)
+    return (
+        product.update(factors, q0, theta),
+        v,
+        _each(factors, numeric.tangent, theta, second) + _tangent_rate(factors, theta, rate),
+    )
 
 
 def cubic(first: tuple[Array, Array], last: tuple[Array, Array], duration: Array, s: Array) -> tuple[Array, Array]:
@@ -80,8 +84,8 @@ def _each(factors: Sequence[FactorLike], matrix: Callable[[Group, Array], Array]
     return result
 
 
-def _bend(factors: Sequence[FactorLike], theta: Array, rate: Array) -> Array:
-    """Return T' theta', the part of the acceleration that the curvature of the group makes."""
+def _tangent_rate(factors: Sequence[FactorLike], theta: Array, rate: Array) -> Array:
+    """Return T' theta', the acceleration from the rate of the tangent operator, by a complex step."""
     moved = _each(factors, numeric.tangent, theta + 1j * _TINY * rate, rate.astype(complex))
     result: Array = moved.imag / _TINY
     return result

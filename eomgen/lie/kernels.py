@@ -1,4 +1,4 @@
-"""The group functions that a time step calls, each as a tape of its own and as plain statements that a template can print."""
+"""Lie group functions called in a time step (update, tangent, bracket, transport), as tapes and as printable statements."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from eomgen.symbolic.operations import LEAVES
 from eomgen.symbolic.scalar import Scalar, dot
 from eomgen.symbolic.tape import Ref, Tape
 
-#: Operations in one statement.
+#: Most operations in one statement.
 _NESTED = 10
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A function of small vectors.
+    """A function of small vectors, one statement list per group.
 
     Attributes
     ----------
@@ -84,15 +84,15 @@ def update(group: Group) -> Kernel:
 
 
 def tangent(group: Group) -> Kernel:
-    """Return the 3 x 3 blocks of T(theta) that are not known beforehand: the rotation's, and on SE(3) the one below it."""
+    """Return the 3 x 3 blocks of T(theta) that are neither 0 nor repeated: (0, 0), and on SE(3) also (3, 0)."""
 
     def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
         T = group.tangent(algebra, theta)
-        corners = (0, 3) if group.name == "SE3" else (0,)
-        return [T[corner + i][j] for corner in corners for i in range(3) for j in range(3)]
+        offsets = (0, 3) if group.name == "SE3" else (0,)
+        return [T[offset + i][j] for offset in offsets for i in range(3) for j in range(3)]
 
-    what = "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~"
-    return _kernel("tangent", group, what, (("theta", group.v_size),), blocks)
+    equation = "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~"
+    return _kernel("tangent", group, equation, (("theta", group.v_size),), blocks)
 
 
 def bracket(group: Group) -> Kernel:
@@ -105,7 +105,7 @@ def bracket(group: Group) -> Kernel:
 
 
 def transport(group: Group) -> Kernel:
-    """Return out = Ad(g)^-1 x: a velocity of the place that g leads away from, told at the place that it leads to."""
+    """Return out = Ad(g)^-1 x: transform a twist from the source frame of g to its target frame."""
 
     def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
         return [dot(row, x) for row in group.adjoint(group.inverse(g))]
@@ -114,10 +114,14 @@ def transport(group: Group) -> Kernel:
 
 
 def _kernel(
-    what: str, group: Group, description: str, inputs: tuple[tuple[str, int], ...], function: Callable[..., list[Value]]
+    name: str,
+    group: Group,
+    description: str,
+    inputs: tuple[tuple[str, int], ...],
+    function: Callable[..., list[Value]],
 ) -> Kernel:
     tape = Tape()
     algebra = TapeAlgebra(tape)
-    arguments = [[Scalar(tape, tape.input(name, k)) for k in range(size)] for name, size in inputs]
+    arguments = [[Scalar(tape, tape.input(block, k)) for k in range(size)] for block, size in inputs]
     refs = tuple(algebra.scalar(value).ref for value in function(algebra, *arguments))
-    return Kernel(f"{what}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)
+    return Kernel(f"{name}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)

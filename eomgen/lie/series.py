@@ -57,9 +57,9 @@ F5 = _floats([-2 * value for value in _derivative(_F3)])
 
 _TAILS = [_tail(2 * k) for k in range(1, POLE_TERMS + 1)]
 #: f6 without its first two poles, in powers of y / (4 pi^2); the constant factor is included.
-F6_REST: Coefficients = tuple(2.0 / POLES[0] * tail for tail in _TAILS)
+F6_REMAINDER: Coefficients = tuple(2.0 / POLES[0] * tail for tail in _TAILS)
 #: f8 = 2 df6/dy without its first two poles, likewise.
-F8_REST: Coefficients = tuple(4.0 / POLES[0] ** 2 * (k + 1) * tail for k, tail in enumerate(_TAILS[1:]))
+F8_REMAINDER: Coefficients = tuple(4.0 / POLES[0] ** 2 * (k + 1) * tail for k, tail in enumerate(_TAILS[1:]))
 
 #: 2 atan(r)/r in powers of r^2, for r^2 <= 0.01.
 ARCTANGENT: Coefficients = tuple(2.0 * (-1) ** k / (2 * k + 1) for k in range(9))

@@ -280,7 +280,7 @@ class Derivation:
         """Return the extents of rows: of those that have none that of the others, and how far things stand apart if none has."""
         own = [row.extent for row in rows if not row.extent.is_zero]
         if not own:
-            return [row.way for row in rows]
+            return [row.path_length for row in rows]
         if len(own) == len(rows):
             return own
         machine = reduce(lambda one, other: self.algebra.call(Op.MAX, one, other), own)

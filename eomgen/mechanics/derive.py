@@ -24,7 +24,7 @@ from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
-_ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
+_NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
 def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
@@ -54,19 +54,19 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
 
 
 def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
-    asked = list(terms) if terms is not None else list(derivation.scene.terms)
-    unknown = [name for name in asked if name not in TERMS]
+    requested = list(terms) if terms is not None else list(derivation.scene.terms)
+    unknown = [name for name in requested if name not in TERMS]
     if unknown:
         raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
-    facts = _known(derivation)
+    facts = _existence_facts(derivation)
     existing = [term for term in TERMS.values() if term.exists_with(facts)]
-    if asked:
-        return [term.name for term in existing if term.name in asked]
+    if requested:
+        return [term.name for term in existing if term.name in requested]
     whole = not derivation.large or derivation.constraints is not None
     return [term.name for term in existing if not term.on_request and (whole or not term.quadratic)]
 
 
-def _known(derivation: Derivation) -> set[str]:
+def _existence_facts(derivation: Derivation) -> set[str]:
     """Return the facts by which terms exist."""
     scene = derivation.scene
     constrained = derivation.constraints is not None
@@ -164,7 +164,7 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     return Facts(
         constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
-        smooth=not any(_rough(tape, node) for node in tape.live(loads)),
+        smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
         constraints=derivation.constraints is not None,
         internal_states=bool(derivation.scene.states),
@@ -172,8 +172,8 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     )
 
 
-def _rough(tape: Tape, node: int) -> bool:
-    return bool(tape.curves[tape.b[node]][0].kinks()) if tape.op[node] is Op.CURVE else tape.op[node] in _ROUGH
+def _non_smooth(tape: Tape, node: int) -> bool:
+    return bool(tape.curves[tape.b[node]][0].kinks()) if tape.op[node] is Op.CURVE else tape.op[node] in _NON_SMOOTH
 
 
 def _refs(blocks: Sequence[Block]) -> list[int]:

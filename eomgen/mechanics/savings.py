@@ -54,7 +54,9 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
     tunable = tuple(replace(parameter, tunable=parameter.name not in along) for parameter in scene.parameters)
     if tunable != scene.parameters:
         variants.append(("fixed parameters folded", replace(scene, parameters=tunable)))
-    bodies = tuple(body if body.beam is None else replace(body, beam=_deforming_every_way(body.beam)) for body in scene.bodies)
+    bodies = tuple(
+        body if body.beam is None else replace(body, beam=_with_all_deformations(body.beam)) for body in scene.bodies
+    )
     elastic = sum(body.beam.size for body in bodies if body.beam is not None)
     if bodies != scene.bodies and elastic <= MOST_ELASTIC:
         variants.append(("beams deform only as the scene asks", replace(scene, bodies=bodies)))
@@ -67,7 +69,7 @@ def _along_beams(scene: Scene) -> set[str]:
     return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 
 
-def _deforming_every_way(beam: Beam) -> Beam:
+def _with_all_deformations(beam: Beam) -> Beam:
     """Return the full spatial beam: as many modes of what it lacks as of what it has first."""
     given = {item.kind: item for item in beam.deformations}
     modes = beam.deformations[0].modes

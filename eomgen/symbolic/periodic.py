@@ -21,12 +21,12 @@ def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
         op = tape.op[node]
         if op is Op.INPUT and node not in as_it_is:
             found.add(tape.inputs[tape.a[node]])
-        if op not in (Op.SIN, Op.COS) and (node in as_it_is or not _keeps_turns(tape, node)):
+        if op not in (Op.SIN, Op.COS) and (node in as_it_is or not _preserves_period(tape, node)):
             as_it_is.update(abs(ref) for ref in tape.operands(node))
     return found
 
 
-def _keeps_turns(tape: Tape, node: int) -> bool:
+def _preserves_period(tape: Tape, node: int) -> bool:
     """Return whether whole turns of the operands are whole turns of the result."""
     if tape.op[node] is Op.MUL:
         return any((value := tape.value(ref)) is not None and value == int(value) for ref in tape.operands(node))

@@ -145,7 +145,8 @@ class Series:
             return Term(values[0], ZERO), Term(values[1], ZERO)
         numbers = (self.open_product(), self.open_product())
         rates = [
-            self._driven(number, x, Term(other, ZERO)) for number, other in zip(numbers, reversed(values), strict=True)
+            self._from_derivative(number, x, Term(other, ZERO))
+            for number, other in zip(numbers, reversed(values), strict=True)
         ]
         sine = Term(values[0], rates[0])
         cosine = Term(values[1], rates[1] if hyperbolic else -rates[1])
@@ -153,20 +154,20 @@ class Series:
             self.close_product(number, self.weighted(x), other)
         return sine, cosine
 
-    def driven(self, value: Ref, x: Term, slope: Term) -> Term:
+    def from_slope(self, value: Ref, x: Term, slope: Term) -> Term:
         """z' = slope x', with the slope known before z."""
         number = self.open_product()
-        z = Term(value, self._driven(number, x, slope))
+        z = Term(value, self._from_derivative(number, x, slope))
         self.close_product(number, self.weighted(x), slope)
         return z
 
     def exponential(self, x: Term) -> Term:
-        return self.driven_by_itself(self.tape.call(Op.EXP, x.value), x)
+        return self.exponential_of(self.tape.call(Op.EXP, x.value), x)
 
-    def driven_by_itself(self, value: Ref, x: Term) -> Term:
+    def exponential_of(self, value: Ref, x: Term) -> Term:
         """z' = z x'."""
         number = self.open_product()
-        z = Term(value, self._driven(number, x, Term(value, ZERO)))
+        z = Term(value, self._from_derivative(number, x, Term(value, ZERO)))
         self.close_product(number, self.weighted(x), z)
         return z
 
@@ -176,7 +177,7 @@ class Series:
         value = tape.call(op, x.value)
         slope_value = tape.add(ONE, tape.mul(sign, tape.mul(value, value)))
         number = self.open_product()
-        z = Term(value, self._driven(number, x, Term(slope_value, ZERO)))
+        z = Term(value, self._from_derivative(number, x, Term(slope_value, ZERO)))
         square = self.multiply(z, z)
         self.close_product(number, self.weighted(x), Term(slope_value, tape.mul(sign, square.next)))
         return z
@@ -201,14 +202,14 @@ class Series:
                 continue
             number = self.open_product()
             self.close_product(number, self.weighted(rate), other)
-            numerator = tape.add(numerator, tape.mul(sign, self._driven(number, rate, other)))
+            numerator = tape.add(numerator, tape.mul(sign, self._from_derivative(number, rate, other)))
         square = self.add(self.multiply(x, x), self.multiply(y, y))
         return self.over(tape.call(Op.ATAN2, y.value, x.value), Term(ZERO, numerator), square)
 
     def power(self, x: Term, exponent: Term) -> Term:
         """x^e = exp(e log x); the value is that of the power itself."""
         logarithm = self.multiply(exponent, self.logarithm(x))
-        return self.driven_by_itself(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
+        return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
     def logarithm(self, x: Term) -> Term:
         return self.over(self.tape.call(Op.LOG, x.value), x, x)
@@ -218,7 +219,7 @@ class Series:
         value = self.tape.curve(curve, derivative, x.value)
         if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
             return Term(value, ZERO)
-        return self.driven(value, x, self.curve(curve, derivative + 1, x))
+        return self.from_slope(value, x, self.curve(curve, derivative + 1, x))
 
     def chosen(self, op: Op, operands: Sequence[Term]) -> Term:
         """What is not smooth follows the branch taken at order 0."""
@@ -236,7 +237,7 @@ class Series:
             return Term(value, tape.select(branch, operands[0].next, operands[1].next))
         return Term(value, ZERO)
 
-    def _driven(self, number: int, x: Term, slope: Term) -> Ref:
+    def _from_derivative(self, number: int, x: Term, slope: Term) -> Ref:
         """Coefficient k of z with z' = slope x'; of the slope only coefficients below k are in it."""
         tape = self.tape
         last = tape.mul(x.next, self.first(RIGHT, number, slope))

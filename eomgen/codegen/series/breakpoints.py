@@ -13,12 +13,12 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity
 
 #: What has corners. A selection goes on after its condition, which is among these.
-_ROUGH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
+_NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
 #: Blocks that do not change during a run.
-_HELD = frozenset({"p", "u", "followed"})
+_CONSTANT = frozenset({"p", "u", "followed"})
 
 
-def corners_in_time(source: Tape) -> tuple[Discontinuity, ...]:
+def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
     """Return the times at which anything on a tape has a corner or goes on to another polynomial, each once.
 
     Raises
@@ -30,12 +30,12 @@ def corners_in_time(source: Tape) -> tuple[Discontinuity, ...]:
     unknown: list[str] = []
     for node in range(1, len(source.op)):
         op, operands = source.op[node], source.operands(node)
-        if op not in _ROUGH and op is not Op.CURVE:
+        if op not in _NON_SMOOTH and op is not Op.CURVE:
             continue
-        blocks = {symbol.block for symbol in source.depends_on(operands)} - _HELD
+        blocks = {symbol.block for symbol in source.depends_on(operands)} - _CONSTANT
         lines = [line for ref in operands if (line := _line(source, ref)) is not None]
         if len(lines) == len(operands):
-            found |= {(corner.time, corner.period): corner for corner in _corners(source, node, lines)}
+            found |= {(item.time, item.period): item for item in _breakpoints(source, node, lines)}
         elif blocks:
             curve = source.curves[source.b[node]][0].name if op is Op.CURVE else ""
             what = f"the pieces of curve {curve!r}" if op is Op.CURVE else f"{op.name.lower()}()"
@@ -69,7 +69,7 @@ def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:
     return sign * (first[0] * second[1] + second[0] * first[1]), sign * first[1] * second[1]
 
 
-def _corners(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Iterator[Discontinuity]:
+def _breakpoints(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Iterator[Discontinuity]:
     (a, b), (c, d) = lines[0], lines[1] if len(lines) > 1 else (0.0, 0.0)
     if a == c:
         return
@@ -78,5 +78,5 @@ def _corners(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Iterato
         return
     curve = tape.curves[tape.b[node]][0]
     period = float(curve.breaks[-1] - curve.breaks[0]) / abs(a) if curve.outside == "periodic" else 0.0
-    for place in curve.breaks:
-        yield Discontinuity((float(place) - b) / a, period, 0, (abs(float(place)) + abs(b)) / abs(a))
+    for time in curve.breaks:
+        yield Discontinuity((float(time) - b) / a, period, 0, (abs(float(time)) + abs(b)) / abs(a))

@@ -7,7 +7,7 @@ from typing import Any
 
 from eomgen.codegen.program import OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
-from eomgen.codegen.series.breakpoints import corners_in_time
+from eomgen.codegen.series.breakpoints import breakpoints_in_time
 from eomgen.codegen.series.recurrence import NEXT, Recurrence
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
 from eomgen.symbolic.tape import Ref, Tape
@@ -31,7 +31,7 @@ def series_functions(
     Raises ModelError where the motion has no Taylor series.
     """
     recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
-    corners = corners_in_time(recurrence.source)
+    breakpoints = breakpoints_in_time(recurrence.source)
     series, tape = recurrence.series, recurrence.series.tape
     per_next = tape.input(ORDER, 2)
     start: list[tuple[str, Sequence[Ref], str]] = [
@@ -56,7 +56,7 @@ def series_functions(
         functions.append(_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers))
     room = -(-len(series.left) // LANES) * LANES
     needed = {"products": len(series.left), "kept": len(series.kept), "room": room, "lanes": LANES, "kinds": _kinds(system)}
-    return tuple(functions), needed, corners
+    return tuple(functions), needed, breakpoints
 
 
 def _kinds(system: System) -> list[dict[str, Any]]:

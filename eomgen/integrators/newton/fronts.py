@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from eomgen.integrators.newton.elimination import Elimination
-from eomgen.integrators.newton.matrix import Place
+from eomgen.integrators.newton.matrix import MatrixIndex
 
 #: A row or column of a front: its own one at an offset (0, offset), or one of the k-th front that it reaches (k, offset).
 Local = tuple[int, int]
@@ -34,8 +34,8 @@ class Fronts:
     kinds: tuple[Mapping[str, Any], ...]
     kind_of: tuple[int, ...]
     table: tuple[tuple[int, ...], ...]
-    places: tuple[Place, ...]
-    slots: Mapping[Place, int]
+    places: tuple[MatrixIndex, ...]
+    slots: Mapping[MatrixIndex, int]
 
     @property
     def operations(self) -> int:
@@ -45,7 +45,7 @@ class Fronts:
         )
 
 
-def make_fronts(elimination: Elimination, entries: Sequence[Place], sided: int | None = None) -> Fronts:
+def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
     """Cut an elimination at the ends of its stages.
 
     Parameters
@@ -105,7 +105,7 @@ class _Front:
 
     def __init__(
         self, start: int, pivots: range, elimination: Elimination, below: Sequence[Sequence[int]],
-        entries: Mapping[Place, Place], starts: Sequence[int], front_of: Sequence[int],
+        entries: Mapping[MatrixIndex, MatrixIndex], starts: Sequence[int], front_of: Sequence[int],
         live: Sequence[bool],
     ) -> None:  # fmt: skip
         self.start, self.pivots = start, pivots
@@ -117,7 +117,7 @@ class _Front:
         order = {number: k for k, number in enumerate(self.reached, 1)}
         self.local: dict[int, Local] = {k: (0, k - start) for k in pivots}
         self.local |= {k: (order[front_of[k]], k - starts[front_of[k]]) for k in border}
-        self.own: list[Place] = []
+        self.own: list[MatrixIndex] = []
         for pivot in pivots:
             self.own += [(pivot, pivot), *((pivot, k) for k in self.upper[pivot]), *((k, pivot) for k in self.below[pivot])]
         self.number = {place: k for k, place in enumerate(self.own)}
@@ -125,9 +125,9 @@ class _Front:
         self.targets = sorted(
             {(row, k) for pivot in pivots for row in self.below[pivot] for k in self.upper[pivot]} - set(self.own)
         )
-        self.received: set[Place] = set()
+        self.received: set[MatrixIndex] = set()
 
-    def receive(self, place: Place) -> None:
+    def receive(self, place: MatrixIndex) -> None:
         self.received.add(place)
 
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.lie.product import FactorLike
 
-Place = tuple[int, int]
+MatrixIndex = tuple[int, int]
 
 #: Weights of the sum of matrices above, by position in the arrays of terms.
 WEIGHTS = ("M", "C", "K", "B", "Z", "one", "zdot")
@@ -104,14 +104,14 @@ class Packing:
     """
 
     function: str
-    places: Mapping[str, Mapping[Place, int]]
+    places: Mapping[str, Mapping[MatrixIndex, int]]
     blocks: Mapping[str, tuple[int, int]]
     size: int
 
 
-def packed(patterns: Mapping[str, Sequence[Place]]) -> Packing:
+def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     """Return the packing of the function ``iteration``."""
-    places: dict[str, dict[Place, int]] = {}
+    places: dict[str, dict[MatrixIndex, int]] = {}
     blocks: dict[str, tuple[int, int]] = {}
     start = 0
     for name in _MATRICES:
@@ -123,9 +123,9 @@ def packed(patterns: Mapping[str, Sequence[Place]]) -> Packing:
     return Packing("iteration", places, blocks, start)
 
 
-def dense(nonzero: Mapping[str, Sequence[Place]], nv: int) -> Packing:
+def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
     """Return the packing of the function ``partials``; the matrices named are among its outputs."""
-    places: dict[str, dict[Place, int]] = {name: {} for name in _MATRICES}
+    places: dict[str, dict[MatrixIndex, int]] = {name: {} for name in _MATRICES}
     blocks: dict[str, tuple[int, int]] = {}
     for number, (name, pattern) in enumerate(nonzero.items()):
         start = number * nv * nv
@@ -152,12 +152,12 @@ class Terms:
     moved: list[list[tuple[int, int]]] = field(default_factory=list)
     tangents: list[tuple[int, int]] = field(default_factory=list)
     tangent_size: int = 0
-    linear: dict[Place, list[tuple[int, int]]] = field(default_factory=dict)
-    rate_diagonal: list[Place] = field(default_factory=list)
-    products: dict[Place, list[tuple[int, int, int]]] = field(default_factory=dict)
+    linear: dict[MatrixIndex, list[tuple[int, int]]] = field(default_factory=dict)
+    rate_diagonal: list[MatrixIndex] = field(default_factory=list)
+    products: dict[MatrixIndex, list[tuple[int, int, int]]] = field(default_factory=dict)
 
     @property
-    def entries(self) -> set[Place]:
+    def entries(self) -> set[MatrixIndex]:
         return set(self.linear) | set(self.products) | set(self.rate_diagonal)
 
     @property
@@ -241,11 +241,11 @@ def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing)
 
 
 def _moved(
-    places: Mapping[Place, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
-) -> dict[Place, int]:
+    places: Mapping[MatrixIndex, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
+) -> dict[MatrixIndex, int]:
     """Return the nonzeros of a matrix times T."""
-    result: dict[Place, int] = {}
-    sums: dict[Place, list[tuple[int, int]]] = {}
+    result: dict[MatrixIndex, int] = {}
+    sums: dict[MatrixIndex, list[tuple[int, int]]] = {}
     for (row, column), number in places.items():
         if column in tangent_rows:
             for target, tangent in tangent_rows[column]:
@@ -258,11 +258,13 @@ def _moved(
     return result
 
 
-def evaluate_terms(terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float]) -> dict[Place, Array]:
+def evaluate_terms(
+    terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float]
+) -> dict[MatrixIndex, Array]:
     """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size)."""
     moved = [sum(numbers[:, k] * tangents[:, t] for k, t in row) for row in terms.moved]
     known: list[Any] = [*numbers.T, *moved]
-    entries: dict[Place, Array] = {place: np.zeros(len(numbers)) for place in terms.entries}
+    entries: dict[MatrixIndex, Array] = {place: np.zeros(len(numbers)) for place in terms.entries}
     for place, linear in terms.linear.items():
         for weight, number in linear:
             entries[place] = entries[place] + weights[weight] * known[number]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.integrators.newton.matrix import Packing, Place, dense, packed
+from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import evaluate
 
@@ -40,7 +40,7 @@ def packing_of(system: Any) -> Packing:
     """Return how the system gives its partials: ``iteration`` where it has one, else the whole matrices of ``partials``."""
     if "iteration" in system.functions:
         return packed(system.patterns)
-    nonzero: dict[str, list[Place]] = {}
+    nonzero: dict[str, list[MatrixIndex]] = {}
     for block in system.functions["partials"].outputs:
         nonzero[block.name] = [divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0]
     return dense(nonzero, system.nv)

@@ -13,8 +13,8 @@ from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
 from eomgen.integrators.newton.fronts import Fronts, make_fronts
 from eomgen.integrators.newton.matrix import (
+    MatrixIndex,
     Packing,
-    Place,
     Terms,
     Unknowns,
     evaluate_terms,
@@ -169,7 +169,7 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
     return data
 
 
-def _ordered(places: Iterable[Place], elimination: Elimination | None) -> list[Place]:
+def _ordered(places: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
     """Return the entries row by row in the order of elimination."""
     if elimination is None:
         return sorted(places)
@@ -178,7 +178,7 @@ def _ordered(places: Iterable[Place], elimination: Elimination | None) -> list[P
     return sorted(places, key=lambda place: (row_at[place[0]], column_at[place[1]]))
 
 
-def _elimination_data(elimination: Elimination, places: Sequence[Place]) -> dict[str, Any]:
+def _elimination_data(elimination: Elimination, places: Sequence[MatrixIndex]) -> dict[str, Any]:
     """Number the factors row by row: L, reciprocal pivot, U."""
     start, diagonal, columns = [0], [], []
     slots: list[dict[int, int]] = []

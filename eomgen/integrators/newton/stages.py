@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from eomgen.integrators.newton.matrix import Packing, Place, Unknowns
+from eomgen.integrators.newton.matrix import MatrixIndex, Packing, Unknowns
 from eomgen.lie.product import FactorLike
 
 Stage = tuple[list[int], list[int]]
@@ -122,7 +122,7 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
         columns.append(unknowns.v + unknowns.lam + constraint)
 
 
-def _of_one_body(factors: Sequence[FactorLike]) -> Iterator[Place]:
+def _of_one_body(factors: Sequence[FactorLike]) -> Iterator[MatrixIndex]:
     """Yield pairs of components of the same factor, and of a rotation and the position stored behind it."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:
@@ -131,7 +131,7 @@ def _of_one_body(factors: Sequence[FactorLike]) -> Iterator[Place]:
             yield factor.v_start - 1, factor.v_start
 
 
-def _bodies(size: int, pairs: Iterable[Place]) -> list[int]:
+def _bodies(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
     """Return for each component the smallest one that it is joined with, directly or through others."""
     first = list(range(size))
 

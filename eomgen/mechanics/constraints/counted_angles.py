@@ -42,7 +42,7 @@ def angle_labels(scene: Scene) -> tuple[str, ...]:
     return tuple(f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene))
 
 
-def follows_within_a_turn(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
+def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
     """Return whether a joint follows an angle, as an angle, by a whole multiple: turns of the leader do not matter then."""
     whole = mimic.multiplier
     return joint.kind.only_turns and leader.kind.only_turns and isinstance(whole, Number) and whole.value == int(whole.value)
@@ -54,7 +54,7 @@ def _in_elements(scene: Scene) -> Iterator[Coordinate]:
     for joint in scene.joints:
         yield from ((joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0))
         yield from ((joint.name, stop.index) for stop in joint.stops)
-        if joint.mimic is not None and not follows_within_a_turn(joint, joint.mimic, joints[joint.mimic.joint]):
+        if joint.mimic is not None and not follows_modulo_revolutions(joint, joint.mimic, joints[joint.mimic.joint]):
             yield joint.mimic.joint, 0
     for torsion in scene.torsion_springs:
         if torsion.stiffness != Number(0.0):

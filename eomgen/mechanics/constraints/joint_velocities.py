@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from eomgen.mechanics.constraints.joints import joint_constraint
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, Rows
-from eomgen.mechanics.forces.frame_pairs import placed
+from eomgen.mechanics.forces.frame_pairs import frame_pair
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Frame
@@ -32,9 +32,9 @@ def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
     """Return the components of a joint's velocity; on motions that the joint allows they are those of joint coordinates."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
-        pair = placed(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))
+        pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))
     else:
-        pair = placed(quantities, item.first, item.second)
+        pair = frame_pair(quantities, item.first, item.second)
     first, second = pair.first, pair.second
     turning = minus(pair.angular_velocity(second), pair.angular_velocity(first))
     sliding = minus(pair.velocity_at(second, second.origin), pair.velocity_at(first, second.origin))
@@ -50,4 +50,4 @@ def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
         for axis in kind.travels:
             yield dot(sliding, first.axis(kind.frame_axes[axis]))
 
-    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.way) for value in components()]
+    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.path_length) for value in components()]

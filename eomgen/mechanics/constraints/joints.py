@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.constraints.counted_angles import counted_angles
-from eomgen.mechanics.constraints.rows import Row, rates_of, turned_past
-from eomgen.mechanics.forces.frame_pairs import magnitude, placed
+from eomgen.mechanics.constraints.rows import Row, rates_of, sine_of_excess_rotation
+from eomgen.mechanics.forces.frame_pairs import frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
@@ -46,15 +46,15 @@ def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tupl
 
 
 @dataclass(frozen=True)
-class Turn:
+class SineCosine:
     """An angle by its sine and cosine, both times the same positive number."""
 
     sine: Scalar
     cosine: Scalar
 
-    def past(self, sine: Scalar, cosine: Scalar) -> Turn:
+    def past(self, sine: Scalar, cosine: Scalar) -> SineCosine:
         """Return how far the angle is beyond another one."""
-        return Turn(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
+        return SineCosine(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
 
 
 class AbsoluteQuantities(Quantities):
@@ -66,7 +66,7 @@ class AbsoluteQuantities(Quantities):
         tape = self.algebra.tape
         self.seeds = configuration_directions(tree)
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
-        self._measures: dict[str, tuple[Scalar | Turn, ...]] = {}
+        self._measures: dict[str, tuple[Scalar | SineCosine, ...]] = {}
         poses = sum(factor.q_size for factor in tree.factors)
         self._references = {angle: self.input("q", poses + number) for number, angle in enumerate(counted_angles(scene))}
         _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
@@ -76,7 +76,7 @@ class AbsoluteQuantities(Quantities):
             return self.coordinate(symbol.name, symbol.index)
         if symbol.kind == "v":
             tape = self.algebra.tape
-            return Scalar(tape, jacobian_vector(tape, [self._within_half_a_turn(symbol.name, symbol.index).ref], self.rates)[0])
+            return Scalar(tape, jacobian_vector(tape, [self._wrapped(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
             what = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
             raise ModelError(what, "the acceleration of a point")
@@ -86,17 +86,17 @@ class AbsoluteQuantities(Quantities):
         """Return a travel of a joint or an angle: over turns where it is counted, else within half a turn."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
-            return self._within_half_a_turn(joint, index)
+            return self._wrapped(joint, index)
         call = self.algebra.call
         past = measure.past(call(Op.SIN, reference), call(Op.COS, reference))
         return reference + call(Op.ATAN2, past.sine, past.cosine)
 
-    def _within_half_a_turn(self, joint: str, index: int) -> Scalar:
+    def _wrapped(self, joint: str, index: int) -> Scalar:
         """Return a travel, or an angle within half a turn: all that rates and virtual work need to know."""
         measure = self._measure(joint, index)
         return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
 
-    def _measure(self, joint: str, index: int) -> Scalar | Turn:
+    def _measure(self, joint: str, index: int) -> Scalar | SineCosine:
         if joint not in self._measures:
             item = self.constraints[joint]
             if item is None or not item.kind.coordinates:
@@ -107,16 +107,16 @@ class AbsoluteQuantities(Quantities):
             self._measures[joint] = self._measured(item)
         return self._measures[joint][index]
 
-    def _measured(self, item: Constraint) -> tuple[Scalar | Turn, ...]:
+    def _measured(self, item: Constraint) -> tuple[Scalar | SineCosine, ...]:
         """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
-        pair = placed(self, item.first, item.second)
+        pair = frame_pair(self, item.first, item.second)
         first, second = pair.first, pair.second
         gap = minus(second.origin, first.origin)
 
-        def angle(x: Vector, y: Vector, along: Vector) -> Turn:
-            return Turn(dot(y, along), dot(x, along))
+        def angle(x: Vector, y: Vector, along: Vector) -> SineCosine:
+            return SineCosine(dot(y, along), dot(x, along))
 
-        def turn() -> Turn:
+        def turn() -> SineCosine:
             return angle(first.axis(0), first.axis(1), second.axis(0))
 
         def travel(k: int) -> Scalar:
@@ -133,7 +133,7 @@ class AbsoluteQuantities(Quantities):
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         tape = self.algebra.tape
-        (tangent,) = forward_partials(tape, [self._within_half_a_turn(joint, index).ref], self.seeds)
+        (tangent,) = forward_partials(tape, [self._wrapped(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 
@@ -151,13 +151,13 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         item = quantities.constraints[joint.name]
         if item is None:
             continue
-        pair, name = placed(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
+        pair, name = frame_pair(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
         if joint.kind.only_turns:
-            value = turned_past(quantities, target, pair.first, pair.second)
-            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.way))
+            value = sine_of_excess_rotation(quantities, target, pair.first, pair.second)
+            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.path_length))
         else:
             value = quantities.coordinate(joint.name) - target
-            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.way))
+            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.path_length))
     return rows
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
-from eomgen.mechanics.forces.frame_pairs import Pair, Placed, magnitude, placed
+from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_along
 from eomgen.mechanics.tree.links import Tree
@@ -44,7 +44,7 @@ class Row:
     unit: Literal["m", "1", "m/s"]
     size: Scalar
     extent: Scalar
-    way: Scalar
+    path_length: Scalar
 
 
 @dataclass
@@ -70,24 +70,26 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
     rows = Rows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
-            pair = placed(quantities, item.first, item.second)
+            pair = frame_pair(quantities, item.first, item.second)
             rows.holonomic += _holonomic(quantities, item, pair)
             if item.kind.rows[1]:
                 rows.velocity += _rolling(quantities, item, pair)
     return rows
 
 
-def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Row]:
     first, second, one = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
 
     def length(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.way)
+        return Row(
+            f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.path_length
+        )
 
     def angle(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.way)
+        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.path_length)
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
@@ -96,17 +98,17 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
     if item.drive is not None:
         drive = quantities.formula(item.drive)
         if item.kind.drive == "angle":
-            driven = [angle("driven angle", turned_past(quantities, drive, first, second), drive)]
+            driven = [angle("driven angle", sine_of_excess_rotation(quantities, drive, first, second), drive)]
         else:
             driven = [length("driven travel", local[2] + drive, drive)]
     match item.type:
         case "distance":
-            apart, wanted = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
-            return [length("distance", apart - wanted, wanted)]
+            apart, length_given = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
+            return [length("distance", apart - length_given, length_given)]
         case "rolling":
             height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
-            size, lever, way = _on_wheel(quantities, item, pair)
-            return [Row(f"{item.name}: contact", height, "m", size, lever, way)]
+            size, lever, path_length = _on_wheel(quantities, item, pair)
+            return [Row(f"{item.name}: contact", height, "m", size, lever, path_length)]
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
@@ -114,28 +116,30 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row
         return [*meeting[:2], *turned, travel]
     along = [kind.frame_axes[axis] for axis in kind.travels]
     if len(along) > 1:
-        placed_rows = [length("origin stays in the plane", dot(gap, z1))]
+        position_rows = [length("origin stays in the plane", dot(gap, z1))]
     elif along and (kind.has("ball") or turns > 1):  # along an axis of the first frame alone
         across = apply(transpose(first.axes), gap)
-        placed_rows = [length(f"point stays on the line along {'xyz'[k]}", across[k]) for k in range(3) if k not in along]
+        position_rows = [
+            length(f"point stays on the line along {'xyz'[k]}", across[k]) for k in range(3) if k not in along
+        ]
     else:
-        placed_rows = [meeting[k] for k in range(3) if k not in along]
-    return [*placed_rows, *turned, *driven]
+        position_rows = [meeting[k] for k in range(3) if k not in along]
+    return [*position_rows, *turned, *driven]
 
 
-def turned_past(quantities: Quantities, angle: Scalar, first: Placed, second: Placed) -> Scalar:
+def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FramePose, second: FramePose) -> Scalar:
     """Return the sine of how far the second frame has turned about z beyond an angle: smooth over any number of turns."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
 
 
-def _screwed(quantities: Quantities, item: Constraint, pair: Pair, local: Vector) -> Scalar:
+def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
     """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
     pitch = quantities.formula(item.pitch)
-    return pitch * turned_past(quantities, -local[2] / pitch, pair.first, pair.second)
+    return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
-def _contact(quantities: Quantities, item: Constraint, pair: Pair) -> Vector:
+def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vector:
     """Return the lowest point of a disc about the second frame's z axis, or of a sphere, over the first's plane."""
     normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
     if item.shape == "sphere":
@@ -145,18 +149,18 @@ def _contact(quantities: Quantities, item: Constraint, pair: Pair) -> Vector:
     return minus(pair.second.origin, scaled(radius / length, down))
 
 
-def _on_wheel(quantities: Quantities, item: Constraint, pair: Pair) -> tuple[Scalar, Scalar, Scalar]:
+def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
     """Return size, lever and way of a pair, the radius of a wheel included. Where on its plane it rolls is no lever of a row."""
     radius = magnitude(quantities.formula(item.radius))
-    return pair.size + radius, pair.lever + radius, pair.way + radius
+    return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 
-def _rolling(quantities: Quantities, item: Constraint, pair: Pair) -> list[Row]:
+def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Row]:
     contact = _contact(quantities, item, pair)
     slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
-    size, lever, way = _on_wheel(quantities, item, pair)
+    size, lever, path_length = _on_wheel(quantities, item, pair)
     return [
-        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, way)
+        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, path_length)
         for k, axis in enumerate("xy")
     ]
 

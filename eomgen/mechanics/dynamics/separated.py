@@ -67,7 +67,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
-            load = wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.bend)
+            load = wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.symmetric)
             if link.elastic is not None:
                 load = summed(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
             loads.append(load)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
-from eomgen.mechanics.forces.frame_pairs import Placed, place
+from eomgen.mechanics.forces.frame_pairs import FramePose, frame_pose
 from eomgen.mechanics.forces.loads import Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
@@ -44,7 +44,7 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
         return  # between base and world: whoever moves the base strains it
     K, D = ([[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping))
     preload = [quantities.formula(entry) for entry in bushing.preload]
-    first, second = place(quantities, bushing.first), place(quantities, bushing.second)
+    first, second = frame_pose(quantities, bushing.first), frame_pose(quantities, bushing.second)
     to_first = transpose(first.axes)
     shift = minus(apply(to_first, minus(second.origin, first.origin)), quantities.vector(bushing.rest))
     turning, moving = _relative_motion(quantities, bushing, second)
@@ -52,8 +52,10 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     turns = any(not entry.is_zero for row in (*K[:3], *D[:3], preload[:3]) for entry in row)
     angle, angle_rate, pull_back = algebra.zero_vector, algebra.zero_vector, algebra.identity
     if turns:
-        against_rest = multiply(multiply(to_first, second.axes), transpose(algebra.matrix(bushing.rest_orientation)))
-        angle = rotation_vector(algebra, against_rest)
+        relative_orientation = multiply(
+            multiply(to_first, second.axes), transpose(algebra.matrix(bushing.rest_orientation))
+        )
+        angle = rotation_vector(algebra, relative_orientation)
         pull_back = algebra.matrix(rotations.tangent_inverse(angle))
         angle_rate = apply(transpose(pull_back), turning)
     e, rate = [*angle, *shift], [*angle_rate, *moving]
@@ -77,7 +79,7 @@ def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
     return _vector(rotations.logarithm(TapeAlgebra(algebra.tape), quaternion))
 
 
-def _relative_motion(quantities: Quantities, bushing: Bushing, second: Placed) -> tuple[Vector, Vector]:
+def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose) -> tuple[Vector, Vector]:
     """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base axes."""
     motions, kinematics = [], quantities.kinematics
     for frame in (bushing.first, bushing.second):

@@ -138,11 +138,11 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     patch_velocity = plus(state.velocity, cross(omega, arm))
     rolling, at_rest = dot(state.velocity, forward), quantities.formula(slip.velocity)
     speed = algebra.call(Op.SQRT, rolling * rolling + at_rest * at_rest)
-    asked = [
+    demanded = [
         quantities.formula(stiffness) * dot(patch_velocity, direction) / speed
         for stiffness, direction in zip(slip.stiffness, (forward, sideways), strict=True)
     ]
     limit = quantities.formula(slip.friction)
-    share = dot(asked, asked) / (limit * limit)
+    share = dot(demanded, demanded) / (limit * limit)
     size = -(state.load / algebra.call(Op.SQRT, share + 1.0))
-    return arm, patch_velocity, scaled(size, plus(scaled(asked[0], forward), scaled(asked[1], sideways)))
+    return arm, patch_velocity, scaled(size, plus(scaled(demanded[0], forward), scaled(demanded[1], sideways)))

@@ -17,15 +17,15 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross
 
 @dataclass(frozen=True)
 class Field:
-    """Affine acceleration field of a link: ``origin + (alpha~ + bend) s``."""
+    """Affine acceleration field of a link: ``origin + (alpha~ + symmetric) s``."""
 
     origin: Vector
     alpha: Vector
-    bend: Matrix
+    symmetric: Matrix
 
     @property
     def gradient(self) -> Matrix:
-        return matrix_plus(self.bend, skew(self.alpha))
+        return matrix_plus(self.symmetric, skew(self.alpha))
 
     def at(self, p: Vector) -> Vector:
         return plus(self.origin, apply(self.gradient, p))
@@ -100,8 +100,10 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
             omegas.append(algebra.named(f"omega_{link.name}", plus(carried, turn)))
             alpha = plus(link.rotation.rotate_back(alpha_up), cross(carried, turn))
             origin = link.rotation.rotate_back(field_up.at(link.position))
-            bias_turn, bias_slide = _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
-            alpha = plus(alpha, bias_turn)
+            bias_rotation, bias_slide = (
+                _bias(link, turn, slide) if velocities else (algebra.zero_vector, algebra.zero_vector)
+            )
+            alpha = plus(alpha, bias_rotation)
             origin = plus(origin, plus(scaled(2.0, cross(carried, slide)), bias_slide))
             if accelerations:
                 turn_rate, slide_rate = relative(algebra, link, link.accelerations)

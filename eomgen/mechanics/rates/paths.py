@@ -27,10 +27,10 @@ Entry = Callable[[int, int], Vector]
 
 def to_child(rotation: Rotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
     """Return the path of R^T x, as long as that of x; ``turn`` is the path of w, in the child's axes."""
-    return seen_from([rotation.rotate_back(value) for value in x], turn)
+    return in_rotating_axes([rotation.rotate_back(value) for value in x], turn)
 
 
-def seen_from(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
+def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
     """Return the path of y in axes that turn with w, from the derivatives Y[k][0] that were taken elsewhere."""
     table = {(k, 0): value for k, value in enumerate(rotated)}
 
@@ -130,6 +130,6 @@ def at_path(fields: Sequence[Field], position: Sequence[Vector], order: int) -> 
     total = fields[order].at(position[0])
     for k in range(1, order + 1):
         if any(not value.is_zero for value in position[k]):
-            gradient = matrix_plus(fields[order - k].bend, skew(fields[order - k].alpha))
+            gradient = matrix_plus(fields[order - k].symmetric, skew(fields[order - k].alpha))
             total = plus(total, scaled(math.comb(order, k), apply(gradient, position[k])))
     return total

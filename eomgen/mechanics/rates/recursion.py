@@ -49,7 +49,7 @@ def inverse_dynamics_path(
     total: list[list[Wrench]] = []
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"derivatives of the inertia forces of link {link.name}"):
-            net = [wrench(algebra, link.inertia, field.origin, field.alpha, field.bend) for field in fields[index]]
+            net = [wrench(algebra, link.inertia, field.origin, field.alpha, field.symmetric) for field in fields[index]]
             applied = loads[index]
             total.append(net if applied is None else [difference(x, y) for x, y in zip(net, applied, strict=True)])
     for index in reversed(range(len(tree.links))):

@@ -22,8 +22,8 @@ from eomgen.scene.bodies.beam import Beam, Deformation, Ends
 _CUBIC = ((1, 0, -3, 2), (0, 1, -2, 1), (0, 0, 3, -2), (0, 0, -1, 1))
 _QUADRATIC = ((1, -3, 2), (0, 4, -4), (0, -1, 2))
 #: Nodal coordinates held at the ends; negative ones are counted from the last.
-_HELD_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
-_HELD: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
+_FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
+_FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,8 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
     size = whole.size
-    held = {place % size for place in (_HELD_BENDING if bending else _HELD)[deformation.ends]}
-    free = [place for place in range(size) if place not in held]
+    fixed_dofs = {place % size for place in (_FIXED_IN_BENDING if bending else _FIXED)[deformation.ends]}
+    free = [place for place in range(size) if place not in fixed_dofs]
     mesh = replace(whole, nodal=whole.nodal[:, free])
     if deformation.nodal:
         return mesh

@@ -81,7 +81,7 @@ class _Integrator:
     def profile(self, name: str) -> Coefficients:
         return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
 
-    def bend_together(self, k: int, j: int) -> bool:
+    def bend_in_same_plane(self, k: int, j: int) -> bool:
         return self.kinds[k] == self.kinds[j] and self.kinds[k].startswith("bending")
 
     @functools.cached_property
@@ -140,7 +140,7 @@ class _Integrator:
         result = np.zeros((len(self.kinds), len(self.kinds)), dtype=object)
         for k in range(len(self.kinds)):
             for j in range(k + 1):
-                if self.bend_together(k, j):
+                if self.bend_in_same_plane(k, j):
                     value = self.grid.integral(self.slope[k], self.slope[j], beyond)
                     steep = math.isqrt(self.squares[k][1] * self.squares[j][1])
                     result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
@@ -150,7 +150,7 @@ class _Integrator:
         """Return h1 and h2."""
         size, grid = len(self.kinds), self.grid
         h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)
-        pairs = [(k, j) for k in range(size) for j in range(k + 1) if self.bend_together(k, j)]
+        pairs = [(k, j) for k in range(size) for j in range(k + 1) if self.bend_in_same_plane(k, j)]
         H = {pair: grid.from_origin(times(self.slope[pair[0]], self.slope[pair[1]]), self.origin) for pair in pairs}
         squares = {pair: grid.integral(values, values, rho) for pair, values in H.items()}
         for (k, j), values in H.items():
@@ -180,7 +180,7 @@ class _Integrator:
         grid = Grid(self.families, sorted((self.origin, s)))
         slope = self.values(grid.places)[1]
         sign = 1 if s > self.origin else -1
-        return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_together, sign / self.length)
+        return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_in_same_plane, sign / self.length)
 
 
 def _unless_zero(value: int, square: int, other: int) -> int:

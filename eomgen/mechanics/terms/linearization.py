@@ -117,7 +117,7 @@ class Columns:
         scene = derivation.scene
         self.derivation = derivation
         inputs = list(enumerate(scene.inputs))
-        driven, given = ([number for number, item in inputs if item.given == said] for said in (False, True))
+        driven, given = ([number for number, item in inputs if item.given == is_given] for is_given in (False, True))
         of_base = base_disturbances(scene)
         self.driven: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(driven)}
         self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(given)}

@@ -14,7 +14,7 @@ from eomgen.mechanics.dynamics.separated import mass_matrix
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.rates.closed_form import inverse_dynamics_closed, matrix_path
 from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
-from eomgen.mechanics.rates.paths import Path, cross_path, seen_from
+from eomgen.mechanics.rates.paths import Path, cross_path, in_rotating_axes
 from eomgen.mechanics.rates.recursion import Drive, inverse_dynamics_path
 from eomgen.mechanics.rates.system_matrices import SystemMatrices
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
@@ -147,7 +147,7 @@ def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
         velocity = [(parts[3][k], parts[4][k], parts[5][k]) for k in range(order + 2)]
         if base.turning:
             omega = [(parts[0][k], parts[1][k], parts[2][k]) for k in range(order + 2)]
-    return omega, velocity, seen_from([derivation.motion.gravity, *([zero] * order)], omega)
+    return omega, velocity, in_rotating_axes([derivation.motion.gravity, *([zero] * order)], omega)
 
 
 def _applied(

@@ -36,7 +36,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multip
 from eomgen.system.description import BASE, Factor
 
 DEFAULT_GROUP = "SE3"
-Placed = tuple[Link, Factor]
+FreeLink = tuple[Link, Factor]
 
 
 def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
@@ -81,7 +81,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         hosts.append(body)
         totals.append(inertia)
     _check_masses(hosts, totals)
-    links: list[Placed] = []
+    links: list[FreeLink] = []
     turning: list[int] = []
     centers: list[Vector] = []
     for number_of_body, (body, total) in enumerate(zip(hosts, totals, strict=True)):
@@ -111,12 +111,14 @@ def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
         )
 
 
-def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[Placed]:
+def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[FreeLink]:
     """Return one link on SE(3)."""
     return [_link(algebra, "free", name, ROOT, Factor("SE3", name, q_start, 7, v_start, 6), inertia)]
 
 
-def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int) -> list[Placed]:
+def _separate_links(
+    algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int
+) -> list[FreeLink]:
     """Return a translating point and the body that turns about it: R^3 x SO(3), angular velocity first."""
     place = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
@@ -126,7 +128,7 @@ def _separate_links(algebra: Algebra, name: str, q_start: int, v_start: int, ine
     ]
 
 
-def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: Inertia) -> Placed:
+def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: Inertia) -> FreeLink:
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor)
     motion = Motion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))

@@ -42,7 +42,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     )  # fmt: skip
     links, first = [*tree.links, beam], len(tree.links)
     stations = dict(tree.stations)
-    for x in _places(tree, scene, body.name, number):
+    for x in _station_positions(tree, scene, body.name, number):
         station = integrals.at(x)
         stations[body.name, x] = first
         if moves(station):
@@ -60,14 +60,16 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     return replace(tree, links=tuple(links), mounts=mounts, stations=stations)
 
 
-def _places(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
+def _station_positions(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
     """Return the places along a beam's axis that anything in the scene is attached to, without repetition."""
     found: list[float] = []
     for what, formula in attached_along(scene, body):
         x = number(formula).constant
         if x is None:
-            said = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
-            raise ModelError(Problem(what, said, "a fixed number: shape functions are evaluated when the model is derived"))
+            reason = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
+            raise ModelError(
+                Problem(what, reason, "a fixed number: shape functions are evaluated when the model is derived")
+            )
         if x not in found:
             found.append(x)
     return sorted(found)

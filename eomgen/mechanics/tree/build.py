@@ -43,10 +43,10 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
         tree = _with_body(tree, body, joint, number)
         if body.beam is not None:
             tree = add_beam(tree, scene, body, joint, number)
-    settled = [
+    complete = [
         replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed() for link in tree.links
     ]
-    return replace(tree, links=tuple(settled))
+    return replace(tree, links=tuple(complete))
 
 
 def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:

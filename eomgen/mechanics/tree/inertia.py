@@ -111,13 +111,13 @@ def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
 
 
 def wrench(
-    algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, bend: Matrix | None = None
+    algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
-    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ + bend) s``.
+    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ + symmetric) s``.
 
-    Across an axis with equal second moments the symmetric part of ``bend`` cancels, and alpha does with opposite ones.
+    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite ones.
     """
-    gradient = skew(alpha) if bend is None else matrix_plus(bend, skew(alpha))
+    gradient = skew(alpha) if symmetric is None else matrix_plus(symmetric, skew(alpha))
     values = {"m": inertia.mass}
     for i in range(3):
         values[f"A{i}"], values[f"d{i}"] = acceleration[i], inertia.first[i]
@@ -129,7 +129,7 @@ def wrench(
         first, second = inertia.second[j][j], inertia.second[k][k]
         if first.constant is None or second.constant is None or abs(first.constant) != abs(second.constant):
             continue
-        across = (algebra.zero, algebra.zero) if bend is None else (bend[k][j], bend[j][k])
+        across = (algebra.zero, algebra.zero) if symmetric is None else (symmetric[k][j], symmetric[j][k])
         paired = 2.0 * alpha[i] + (across[0] - across[1]) if first.constant == second.constant else across[0] + across[1]
         alone = {**values, f"S{k}{k}": algebra.zero, f"U{k}{j}": paired}
         results[i] = virtual_work_kernel().instantiate(algebra, alone)[i]

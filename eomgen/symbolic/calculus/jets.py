@@ -112,11 +112,11 @@ class JetAlgebra:
             case Op.COSH:
                 return self._trigonometric("hyperbolic", x)[1]
             case Op.EXP:
-                return self._driven(x, value, 0.0, linear=True)
+                return self._from_derivative(x, value, 0.0, linear=True)
             case Op.TAN:
-                return self._driven(x, value, 1.0)
+                return self._from_derivative(x, value, 1.0)
             case Op.TANH:
-                return self._driven(x, value, -1.0)
+                return self._from_derivative(x, value, -1.0)
             case Op.LOG:
                 return self.integrate(value, self.divide(self.rate(x), x[:-1]))
             case Op.ATAN:
@@ -214,7 +214,7 @@ class JetAlgebra:
             self._sine_cosine[key] = (sine, cosine)
         return self._sine_cosine[key]
 
-    def _driven(self, x: Jet, value: Ref, square: float, linear: bool = False) -> list[Ref]:
+    def _from_derivative(self, x: Jet, value: Ref, square: float, linear: bool = False) -> list[Ref]:
         """Return the jet of z with z' = w x', where w = z if ``linear``, else 1 + square z^2."""
         slope, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
         for k in range(1, len(x)):
@@ -236,7 +236,7 @@ class JetAlgebra:
         tape = self.tape
         if _varies(exponent):
             logarithm = self.integrate(tape.call(Op.LOG, x[0]), self.divide(self.rate(x), x[:-1]))
-            return self._driven(self.multiply(exponent, logarithm), value, 0.0, linear=True)
+            return self._from_derivative(self.multiply(exponent, logarithm), value, 0.0, linear=True)
         z, reciprocal = [value], tape.div(ONE, x[0])
         for k in range(1, len(x)):
             total = ZERO
