@@ -31,6 +31,13 @@ def shown(text: object) -> str:
     return f"{quoted[:_SHOWN]}..." + (quoted[0] if isinstance(text, str) else "")
 
 
+def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
+    """Return two numbers in as few digits as tell them apart, and no fewer than these."""
+    while digits < 17 and f"{first:.{digits}g}" == f"{second:.{digits}g}":
+        digits += 1
+    return f"{first:.{digits}g}", f"{second:.{digits}g}"
+
+
 def key_of(*parts: str | int) -> str:
     """Join keys and indices to one dotted key, ``bodies.arm.inertia[2]``; illegal names appear quoted."""
     key = ""

@@ -85,7 +85,9 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
     method += "".join(f", {key} {settings[key]:.4g}" for key in own)
     end = f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"
-    rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"]), ("end", end)]
+    rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
+    rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
+    rows.append(("end", end))
     units = {item.name: item.unit for item in model.scene.parameters} | {item.name: item.unit for item in model.scene.inputs}
     for name, value in solution.metadata["parameters"].items():
         if value != model.parameters[name]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.coordinates import coordinate_names, coordinate_units
+from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
 from eomgen.solvers.consistency import (
     Constrained,
@@ -24,6 +26,7 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
+    from eomgen.system.description import Coordinates
     from eomgen.system.system import System
 
 #: What is needed to find a consistent state, and the rows that say nothing new.
@@ -32,7 +35,10 @@ NEEDED = PURPOSES["initial_assembly"]
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
-def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None) -> System:
+def ready(
+    derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None,
+    coordinates: Iterable[Coordinates] = (),
+) -> System:  # fmt: skip
     """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
 
     Parameters
@@ -41,6 +47,8 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
         Derives the System with the given terms and without the given rows.
     terms : sequence of str, optional
         The functions wanted.
+    coordinates : iterable of Coordinates
+        What their units are, for the note on what changed.
 
     Raises
     ------
@@ -55,7 +63,9 @@ def ready(derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms
     rows = redundancy(equations, found.q)
     prescribed, locked = _without_freedom(system, equations, found.q, rows)
     sensitive = _sensitive(system, equations, found.q, found.v, rows.dependent)
-    corrections = found.corrections()
+    units = coordinate_units(system.factors, coordinates)
+    guess = np.array(system.initial_q), np.array(system.initial_v)
+    corrections = [*found.corrections(), *corrected_start(found, guess, coordinate_names(system.factors), units)]
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
         found = assemble(equations.without(rows.dependent), found.q, found.v)
     notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections, *found.deviations]

@@ -24,7 +24,7 @@ def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
 
     if not scene.constraints and scene.coordinates != "absolute":
         return mechanics.derive(scene, terms)
-    return ready(partial(mechanics.derive, scene), terms)
+    return ready(partial(mechanics.derive, scene), terms, describe(scene).coordinates)
 
 
 def _prepared(scene: Scene, build: Build) -> Scene:

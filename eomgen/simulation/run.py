@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.corrected_start import CORRECTED, corrected_start
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
@@ -115,6 +116,8 @@ def start_of(
     """
     model, p, t = run.model, run.parameters, run.grid.start
     state, sentences = initial_state(model, initial, p), []
+    if not initial and p.tolist() == list(model.parameters.values()):
+        sentences = [note for note in model.notes if note.startswith(CORRECTED)]
     doubts: list[str] = []
     if settled:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
@@ -125,8 +128,10 @@ def start_of(
         doubts = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (settled or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
+        names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
+        changes = corrected_start(consistent, (state.q, state.v), names, units)
         state = InitialState(consistent.q, consistent.v, state.z)
-        sentences += [*consistent.corrections(), *consistent.deviations]
+        sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
     return state, sentences, doubts

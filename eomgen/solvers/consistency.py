@@ -104,6 +104,7 @@ class Assembly:
     violations : mapping from row to what it was off by in the guess, where that is more than round-off
     rate_violations : the same for the rates of the rows, at the corrected position
     deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
+    extent : m, of the largest that a row joins
     """
 
     q: Array
@@ -112,6 +113,7 @@ class Assembly:
     violations: dict[str, float]
     rate_violations: dict[str, float]
     deviations: tuple[str, ...] = ()
+    extent: float = 1.0
 
     def corrections(self) -> list[str]:
         """Return one sentence for each row that the guess did not meet."""
@@ -140,7 +142,8 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     violations = _named(system.names, first, TOLD * start.scale)
     changed = _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess)))
     off = _named(system.names, system.constraint(q, t), TOLD * rows.scale)
-    return Assembly(q, v, iterations, violations, changed, tuple(f"{name} stays off by {by:.3g}" for name, by in off.items()))
+    deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
+    return Assembly(q, v, iterations, violations, changed, deviations, rows.machine)
 
 
 class _Rows:
@@ -151,7 +154,7 @@ class _Rows:
         self.B = _jacobian(system, q, t)
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
-        machine = float(np.max(extent, initial=0.0)) or 1.0
+        self.machine = machine = float(np.max(extent, initial=0.0)) or 1.0
         # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)

@@ -36,6 +36,35 @@ def test_help_lists_every_verb_and_each_has_its_own(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == f"eomgen {eomgen.__version__}\n"
 
 
+def test_simulate_says_what_the_constraints_made_of_the_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A link of 1 m from the end of another one to the floor: 0.6 rad up means 0.6 rad down, so -1.2 rad, at twice the rate."""
+    scene = tmp_path / "crank.toml"
+    scene.write_text(
+        'format = 1\nname = "crank"\n[bodies]\na = { mass = 1, inertia = [1, 1, 1] }\nb = { mass = 1, inertia = [1, 1, 1] }\n'
+        '[joints]\nh = { type = "revolute", parent = "base", child = "a", axis = [0, -1, 0], initial = { position = 0.6, '
+        'velocity = 1 } }\ne = { type = "revolute", parent = "a", child = "b", axis = [0, -1, 0], position = [1, 0, 0] }\n'
+        '[constraints.floor]\ntype = "point_on_line"\nfirst = { body = "base", axis = [1, 0, 0] }\n'
+        'second = { body = "b", position = [1, 0, 0] }\n',
+        encoding="utf-8",
+    )
+    run = ["simulate", str(scene), "--step", "1e-3", "--t-end", "0.01", "--out", str(tmp_path / "out"), "--no-plots"]
+    assert main([*run, "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    (told,) = summary["corrections"]
+    assert re.fullmatch(
+        r"corrected onto the constraints: (q\.e 0 -> -\S+ rad|q\.h 0\.6 -> \S+ rad|v\.e 0 -> -\S+ rad/s|v\.h 1 -> \S+ rad/s"
+        r"|, ){7}", told,
+    ), told  # fmt: skip
+    assert main(run) == 0
+    assert " ".join(capsys.readouterr().out.split()).count(told) == 1
+    assert main([*run, "--initial", "h=0.7"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "initial values given corrected onto the constraints: " in said and "q.h 0.7 -> " in said and told not in said
+    q, v = (dict(re.findall(rf"{kind}\.(\w) \S+ -> (\S+) rad", told)) for kind in "qv")
+    assert float(q["e"]) == pytest.approx(-2.0 * float(q["h"]), rel=1e-3)
+    assert float(v["e"]) == pytest.approx(-2.0 * float(v["h"]), rel=1e-3)
+
+
 def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out

@@ -177,7 +177,7 @@ def test_four_bar_says_which_rows_it_left_out_and_how_far_the_guess_was_off(caps
     assert main(["info", str(EXAMPLES / "four_bar" / "scene.toml"), "--json"]) == 0
     notes = json.loads(capsys.readouterr().out)["notes"]
     told = [line.strip() for line in (EXAMPLES / "four_bar" / "README.md").read_text(encoding="utf-8").splitlines()]
-    assert notes == [line for line in told if line.startswith(("rocker_pin: ", "initial "))]
+    assert notes == [line for line in told if line.startswith(("rocker_pin: ", "initial ", "corrected "))]
     assert sum(note.endswith("follows from the constraints before it and is left out") for note in notes) == 3
     model = _model("four_bar")
     assert model.multipliers == ("rocker_pin: origins meet along x", "rocker_pin: origins meet along y")

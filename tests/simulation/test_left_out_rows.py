@@ -76,7 +76,7 @@ def test_a_shift_that_is_no_contradiction_is_said_by_scene_and_run(form: Any, of
     assert run.success and run.metadata["corrections"][-1] == said
     assert one.consistent(one.initial_q, one.initial_v, parameters=p).deviations == (said,)
     assert said in one.equilibrium(parameters=p).notes
-    assert one.simulate(1e-3, 1e-3).metadata["corrections"] == []
+    assert not any("left out" in line for line in one.simulate(1e-3, 1e-3).metadata["corrections"])
 
 
 @pytest.mark.parametrize("form", FORMS)
