@@ -1,3 +1,3 @@
-"""System -> Program -> text of a target language."""
+"""Code generation: System -> Program (statements, layout) -> text of a target language."""
 
 __all__ = ["convert", "folder", "metadata", "program", "targets"]

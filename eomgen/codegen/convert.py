@@ -1,4 +1,4 @@
-"""System -> Program: every decision about names, order and chunks is made here, so that templates only print."""
+"""System -> Program: decides all names, orders and function parts, so that templates only print."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The folder of generated files: written as a whole, and only over what eomgen wrote before."""
+"""Write a folder of generated files completely or not at all; only files that eomgen generated are overwritten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a loaded library cannot say of itself: the Program without its statements, as JSON types, kept beside the library.
+"""Metadata of a compiled library: the Program without its statements, as JSON types, stored beside the library.
 
 The runtime needs this and the compiled code, nothing else: no scene, no tape, no SymPy.
 """

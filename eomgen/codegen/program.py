@@ -1,4 +1,4 @@
-"""Program: everything that the templates need to write a model in some language, as plain data that can be dumped to JSON.
+"""Program: the complete model in one target-independent form, plain data that can be dumped to JSON.
 
 Expressions are nested tuples over leaves: an integer ``n`` is local value n of the function (``-n`` its negative),
 ``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part left in

@@ -1,3 +1,3 @@
-"""Time integrators: families of methods as data that check themselves, and what the C of a stepper is made from."""
+"""Time integrators: families of methods as data with checked order conditions, and the data of their C steppers."""
 
 __all__ = ["families", "methods", "newton", "step_splitting", "stepper_data", "stepper_layout"]

@@ -1,4 +1,4 @@
-"""The names under which callers know the integration methods, and the parameters that go with them."""
+"""Public names of the integration methods, and their parameters."""
 
 from __future__ import annotations
 

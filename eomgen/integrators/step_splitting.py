@@ -1,4 +1,4 @@
-"""Which of the known discontinuities a stepper has to end its steps at, as plain data for the templates.
+"""Discontinuities at which a stepper splits its steps, as data for the templates.
 
 A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order of the
 method does no harm. Times have a margin: a step ends so much before one and goes on so much after it, so that rounding never

@@ -1,4 +1,4 @@
-"""What the C templates of a method need to know beyond the model: plain data for ``Program.method``."""
+"""Stepper data: what the C templates of a method need beyond the model, as ``Program.method``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a stepper's numbers are in flat arrays: state, rows, settings and statistics, read from ``Program.method``."""
+"""Layout of a stepper's flat arrays (state, samples, settings, statistics), read from ``Program.method``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the groups compute with: numbers with operators, plus the few functions here, on NumPy arrays or on a tape."""
+"""Algebras over which the groups are defined: NumPy arrays, or scalars on a tape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scalar functions of y = |theta|^2 behind exp, T and its inverse, to round-off and without a branch on a value.
+"""Coefficient functions of y = |theta|^2 in exp, T and T^-1, accurate to round-off and free of branches on values.
 
 Each is smooth in y, so both sides of a selection are finite, also for a derivative taken through it: the side that is not
 selected works on a harmless argument.

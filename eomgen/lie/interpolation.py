@@ -1,4 +1,4 @@
-"""Curves on a product of groups through two states with their velocities and accelerations: Hermite's quintic in the algebra.
+"""Quintic Hermite interpolation in the Lie algebra between two states with velocities and accelerations.
 
 q(s) = q_0 o exp(theta(s)) and v = T(theta) theta', so theta'(0) = v_0, theta''(0) = a_0, theta'(1) = T^-1 v_1 and
 theta''(1) = T^-1 (a_1 - T' theta'). Hermite, J. reine angew. Math. 84 (1878) 64; charts of a group by exp and T: Iserles,

@@ -1,4 +1,4 @@
-"""The groups on NumPy arrays, one element or a batch of them: the last axis (the last two for matrices) holds the components."""
+"""Group functions on NumPy arrays, batched: the last axis (of matrices the last two) holds the components."""
 
 from __future__ import annotations
 

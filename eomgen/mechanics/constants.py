@@ -1,4 +1,4 @@
-"""Names for the numbers that beams bring into the equations: shape integrals with mass, stiffness and places folded into them."""
+"""Named constants of beams in the equations: shape integrals times mass and stiffness."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _DIGITS = 8  # a number that is shorter says itself what it is
 
 
 def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
-    """Return the numbers of all beams by name, without their signs; those that are short are left out."""
+    """Return the constants of all beams by name, as magnitudes; numbers with few digits stay literals."""
     found: dict[str, Quantity] = {}
     for link in tree.links:
         if link.elastic is not None:
@@ -41,7 +41,7 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
 
 
 def described(tree: Tree) -> tuple[str, ...]:
-    """Return what the equations of each beam keep, a sentence each."""
+    """Return one sentence per beam: which effects its equations contain."""
     return tuple(_described(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
 
 

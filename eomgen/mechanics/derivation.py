@@ -1,4 +1,4 @@
-"""The terms of one scene, each recorded on the scene's tape at its first use."""
+"""Terms of one scene, each recorded on the scene's tape at its first use."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Derivation:
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
     def constant(self, formula: Formula) -> Scalar:
-        """Return a formula of parameters on the tape."""
+        """Return a formula of parameters as a scalar on the tape."""
         return record(self.algebra, formula, lambda symbol: self.tree.parameters[symbol.name])
 
     # -- terms ------------------------------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ class Derivation:
         return [self._vector("h", separated.coupling(self.grouped), "nonlinear coupling vector")]
 
     def applied(self) -> list[Scalar]:
-        """Return the generalized forces of everything that is applied, gravity excepted."""
+        """Return the generalized forces of all applied loads, (nv,), without gravity."""
         zero = (self.algebra.zero_vector, self.algebra.zero_vector)
         wrenches = [load if load is not None else zero for load in self.loads.wrenches]
         projected = separated.generalized(self.tree, wrenches, "applied forces")
@@ -135,18 +135,18 @@ class Derivation:
         return [self._vector("r", r, "residual")]
 
     def inverse(self) -> list[Scalar]:
-        """Return the generalized forces that the motion a needs beside those that are applied."""
+        """Return M a + h + b - Q, (nv,): the generalized forces needed for a beyond the applied ones."""
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
         return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
 
     @property
     def large(self) -> bool:
-        """Whether the partials of the whole tree should not be recorded unasked, but those of each step of its recursion."""
+        """Whether partials of the whole tree are too large by default: then each step of the recursion has its own."""
         return self.deep or self.tree.nv > MANY
 
     @property
     def deep(self) -> bool:
-        """Whether the tree is so long that nothing quadratic in its depth should be recorded unasked."""
+        """Whether the tree is so deep that terms quadratic in its depth are recorded on request only."""
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
     def _depths(self) -> list[int]:
@@ -229,7 +229,7 @@ class Derivation:
         return [self.block("y", (len(values),), values, "named outputs, in order")]
 
     def joint_angles(self) -> list[Block]:
-        """Return the angles that are counted over turns, and their rates."""
+        """Return the angles counted over revolutions, rad, and their rates."""
         angles, rates = ([self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv")
         return [
             self._vector("turned", angles, "over turns, within half a turn of the references in q, rad"),
@@ -277,7 +277,7 @@ class Derivation:
         ]
 
     def _extents(self, rows: Sequence[Row]) -> list[Scalar]:
-        """Return the extents of rows: of those that have none that of the others, and how far things stand apart if none has."""
+        """Return the extent of each equation; 0 becomes the largest of the others, or the path length if all are 0."""
         own = [row.extent for row in rows if not row.extent.is_zero]
         if not own:
             return [row.path_length for row in rows]

@@ -1,4 +1,4 @@
-"""Derive the System of a scene: only the terms that are asked for, each from its own virtual work."""
+"""Derivation of a scene's System: only the requested terms, each from its own virtual work."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
 
 
 def _existence_facts(derivation: Derivation) -> set[str]:
-    """Return the facts by which terms exist."""
+    """Return the facts on which the existence of terms depends (see ``system.terms``)."""
     scene = derivation.scene
     constrained = derivation.constraints is not None
     facts = {
@@ -181,7 +181,7 @@ def _refs(blocks: Sequence[Block]) -> list[int]:
 
 
 def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function:
-    """Drop the input blocks that this scene does not have."""
+    """Return a function without the input blocks that this scene does not have."""
     scene = derivation.scene
     used = {symbol.block for symbol in derivation.tape.depends_on(function.refs)}
     of_motion = function.name in TERMS and TERMS[function.name].of_motion

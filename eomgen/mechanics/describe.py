@@ -1,4 +1,4 @@
-"""The Description of a scene: what the rest of the package may know of it, besides its equations."""
+"""Description of a scene: names, units, limits, requirements and drawing data, everything besides its equations."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ def describe(scene: Scene) -> Description:
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the base's accelerations, which are disturbances beside the given inputs; its pose and twist are not.
+    """Return the names of the base's acceleration components, disturbances beside the given inputs.
 
-    Angular ones where it turns, then linear, in base axes; none in absolute coordinates, whose constraints hold the base.
+    Angular ones if it rotates, then linear, in base axes; none in absolute coordinates: constraints hold the base there.
     """
     if scene.base is None or scene.coordinates == "absolute":
         return ()
@@ -68,7 +68,7 @@ def base_disturbances(scene: Scene) -> tuple[str, ...]:
 
 
 def laws_of(scene: Scene) -> Iterator[Law]:
-    """Yield the laws of a scene: drives of constraints, position and rotation of the base."""
+    """Yield the prescribed laws of motion of a scene: drives of constraints, position and rotation of the base."""
     where = Report(scene.name, scene.source).where
     for constraint in scene.constraints:
         if constraint.drive is not None:
@@ -82,7 +82,7 @@ def laws_of(scene: Scene) -> Iterator[Law]:
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield every formula that forces depend on, those of inputs excepted, and how many of its time derivatives they do."""
+    """Yield each formula that forces depend on, except inputs, with the number of its time derivatives used."""
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
@@ -99,7 +99,7 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
 
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:
-    """Return the factors of the configuration that the scene's joints have in joint coordinates, in the order of the joints."""
+    """Return the factors of the configuration in joint coordinates, in the order of the joints."""
     factors: list[Factor] = []
     q = v = 0
     for joint in scene.leading_joints:

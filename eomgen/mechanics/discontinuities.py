@@ -1,4 +1,4 @@
-"""Times at which forces are known to jump or bend, and for which curves have values: from all that a scene says of time."""
+"""Known times of jumps and kinks of forces, and the time ranges of curves, from the formulas of a scene."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eomgen.system.system import Discontinuity, Validity
 
 
 def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
-    """Return the known corners of a scene in time, each once; what depends on tunable parameters is not known."""
+    """Return the known discontinuities in time, without repetition; none that depend on tunable parameters."""
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
 
     def value_of(symbol: Symbol) -> float | None:
@@ -28,7 +28,7 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
 
 
 def validity(scene: Scene) -> tuple[Validity, ...]:
-    """Return the times for which the curves of a scene have points, where they are known."""
+    """Return the time ranges for which curves of a scene have points, as far as known."""
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
     owners = [(item.name, item.formula) for item in scene.inputs if item.formula is not None]
     owners += [("", formula) for formula, _ in formulas_of_forces(scene)]

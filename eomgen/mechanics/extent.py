@@ -1,4 +1,4 @@
-"""How large a machine is, and how strong its gravity: what rounding errors of places and of accelerations are fractions of.
+"""Scales of a machine, length and gravity, to which rounding errors of positions and accelerations are relative.
 
 A motion may be as small as it likes against its machine. Its own size tells how accurate it is to be, that of the machine how
 accurate it can be: forces that cancel where a scene is at rest leave fractions of what they are made of.

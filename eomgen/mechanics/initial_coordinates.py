@@ -1,4 +1,4 @@
-"""Initial state: that of the joints, and in absolute coordinates the bodies put where it has them."""
+"""Initial q and v of a scene, in joint or in absolute coordinates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from eomgen.symbolic.evaluate import evaluate
 
 
 def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return q and v of the initial state of joints and beams."""
+    """Return q, (nq,), and v, (nv,), of the initial state in joint coordinates."""
     starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in derivation.scene.joints}
     starts |= {body.name: _deflected(body.beam) for body in derivation.scene.bodies if body.beam is not None}
     ordered = [starts[factor.name] for factor in derivation.tree.factors]
@@ -35,9 +35,9 @@ def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return q and v of the absolute bodies for the joints' initial state, the base as it is at t = 0.
+    """Return q, (nq,), and v, (nv,), of the absolute bodies at the joints' initial state and the base's pose at t = 0.
 
-    Behind the poses in q are the joints' angles that are counted over turns.
+    The references of counted angles follow the poses in q.
     """
     poses, twists, angles = _bodies_at_start(derivation.scene)
     names = [body.name for body in derivation.scene.bodies]

@@ -1,4 +1,4 @@
-"""What leaving things out saved, in operations: the same scene derived as if everything had been needed."""
+"""Operations saved by each simplification: the scene derived again without it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_ELASTIC = 40
 
 @dataclass(frozen=True)
 class Saving:
-    """Operations (additions and multiplications) of one term, as it is and as it would be without one simplification."""
+    """Operation count (additions and multiplications) of one term, with and without one simplification."""
 
     what: str
     term: str
@@ -32,7 +32,7 @@ class Saving:
 
 
 def savings(scene: Scene) -> list[Saving]:
-    """Derive the scene again without each simplification that it allows, and return where operation counts differ."""
+    """Derive the scene again without each applicable simplification, and return the differences of operation counts."""
     actual = derive(scene, COMPARED).counts
     found = []
     for what, variant in _variants(scene):

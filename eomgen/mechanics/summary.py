@@ -1,4 +1,4 @@
-"""What a scene made necessary, and what it did not: one line each, for ``eomgen info`` and the emitted README."""
+"""Summary of a derivation, what is in the equations and what was omitted, for ``eomgen info`` and the README."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eomgen.system.system import Facts, Function
 def kept_and_dropped(
     scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return two lists of sentences: what is in the equations, and what was left out because the scene has none of it."""
+    """Return two lists of sentences: effects in the equations, and effects omitted as the scene has none of them."""
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]

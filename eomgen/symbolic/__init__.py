@@ -1,4 +1,4 @@
-"""Kernels, the tape, and calculus on tapes. Knows no mechanics."""
+"""Symbolic core without mechanics: kernels, the tape, evaluation, series, calculus on tapes."""
 
 __all__ = [
     "calculus", "evaluate", "kernel", "map", "operations", "periodic", "reading", "rotation", "scalar", "series",

@@ -1,4 +1,4 @@
-"""The value of a tape: run it over NumPy arrays, or over mpmath numbers, without generating any code.
+"""Evaluation of a tape on NumPy arrays or mpmath numbers, without code generation.
 
 Both are oracles: NumPy for batches and complex step (Squire and Trapp 1998), mpmath for fifty digits.
 """

@@ -1,4 +1,4 @@
-"""What a tape can record: operation codes with their parities and meaning on constants, input symbols, exact counts."""
+"""Operations of a tape: codes, parities, values on constants, input symbols, operation counts."""
 
 from __future__ import annotations
 

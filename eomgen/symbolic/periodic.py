@@ -1,4 +1,4 @@
-"""Inputs of which every output is a function of period 2 pi, by structure: angles that only sines and cosines see."""
+"""Detection of angles: inputs in which all outputs have period 2 pi by structure."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from eomgen.symbolic.tape import Ref, Tape
 
 
 def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
-    """Return the input symbols that outputs depend on and that whole turns (multiples of 2 pi) can be taken off.
+    """Return the inputs that may be reduced modulo 2 pi without changing any output.
 
-    An intermediate may be changed by whole turns when all its uses are sines and cosines, or sums, differences and integer
-    multiples that may be themselves. Anything else, an output in the first place, wants the number as it is.
+    A node may be shifted by multiples of 2 pi if all its uses are sines and cosines, or sums, differences and integer
+    multiples that may be shifted themselves. Outputs may not.
     """
     outputs = [abs(ref) for ref in outputs]
     as_it_is = set(outputs)
@@ -27,7 +27,7 @@ def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
 
 
 def _preserves_period(tape: Tape, node: int) -> bool:
-    """Return whether whole turns of the operands are whole turns of the result."""
+    """Return whether shifts of the operands by multiples of 2 pi shift the result by a multiple of 2 pi."""
     if tape.op[node] is Op.MUL:
         return any((value := tape.value(ref)) is not None and value == int(value) for ref in tape.operands(node))
     return tape.op[node] in (Op.ADD, Op.SUB)

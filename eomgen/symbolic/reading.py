@@ -1,4 +1,4 @@
-"""Reading a tape: any block of references as SymPy or LaTeX, whole when small, else with named intermediates.
+"""References of a tape as SymPy or LaTeX expressions, in full when small, else with named intermediates.
 
 Nothing is simplified or reordered beyond what SymPy's constructors do on their own: what is read is what is computed.
 """

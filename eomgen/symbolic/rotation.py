@@ -1,4 +1,4 @@
-"""Rotations on a tape, kept as the factors they are made of so that each is applied at its true cost.
+"""Rotations on a tape as products of factors, each applied with the fewest operations.
 
 A constant right-angle factor is free, a rotation about a coordinate axis costs 4 multiplications and 2 additions per
 vector, and a symmetric matrix turns with 8 multiplications and 8 additions instead of two full products (one

@@ -1,4 +1,4 @@
-"""Series: the recurrence of Taylor coefficients in time of everything on a tape, one order after the other.
+"""Recurrence of the Taylor coefficients in time of all operations on a tape, order by order.
 
 Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from those
 before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold coefficients of lower

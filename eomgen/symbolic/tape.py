@@ -1,4 +1,4 @@
-"""The tape: an append-only, hash-consed list of operations that every equation is composed on.
+"""The tape: an append-only, hash-consed list of operations on which all equations are recorded.
 
 A *reference* is a nonzero integer: ``n`` is node n, ``-n`` its negative. Negation therefore costs nothing, commutes
 through products by itself, and reaches the C code only where a sum or an output absorbs it. Rules are local (0, 1, sign,

@@ -1,4 +1,4 @@
-"""The order of statements: plans, loops found in repeats and loops of the tape, the assembly of matrices."""
+"""Scheduling of statements: plans, rerolled loops, Maps, assembly of matrices."""
 
 __all__ = []
 #: Open to the other parts of ``codegen`` as well.

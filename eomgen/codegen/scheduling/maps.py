@@ -1,4 +1,4 @@
-"""A Map of the tape -> a loop of the Program: its kernel as statements, its constants and gathered places as tables.
+"""Map on the tape -> loop of the Program: kernel as statements, constants and gather indices as tables.
 
 In a function that runs a loop, both what it gathers and what it gives lie in the workspace, in ranges of their own, so that
 neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced places, the
@@ -16,7 +16,7 @@ from eomgen.symbolic.tape import Tape
 
 
 def program_loop(tape: Tape, number: int) -> ProgramLoop:
-    """Return the loop behind Map ``number`` of a tape."""
+    """Return the Program's loop for Map ``number`` of a tape."""
     loop = cast("Map", tape.maps[number])
     place = {ref: position for position, ref in enumerate(loop.gathered)}
     kernel = schedule(loop.kernel, (loop.sums, loop.last, loop.stacked), KERNEL_BLOCKS, part_limit=10**9, fill=False)

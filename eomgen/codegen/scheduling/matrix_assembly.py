@@ -1,4 +1,4 @@
-"""Assembly of an iteration matrix: entry by entry; of a large one, entries that are made the same way in one loop."""
+"""Assembly of the iteration matrix: one statement per entry, or for large matrices one loop per kind of entry."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
 
 
 class _Loops:
-    """Values by how they are made: what each of them reads, and where it goes."""
+    """Entries grouped by the operations that compute them: operands and targets."""
 
     def __init__(self) -> None:
         self.groups: dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]] = {}
@@ -101,7 +101,7 @@ class _Loops:
         self.groups.setdefault(shape, []).append((reads, target))
 
     def statements(self) -> list[Statement]:
-        """Return one loop for each shape."""
+        """Return one loop for each kind of entry."""
         result = []
         for shape, members in self.groups.items():
             read: list[Expression] = [
@@ -124,7 +124,7 @@ def _sum_of_products(tape: Tape, count: int) -> Ref:
 
 
 def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: list[Expression]) -> Ref:
-    """Return sum of weight number - sum of weight (number nonzero of B); the weights are read behind everything else."""
+    """Return sum of weight number - sum of weight (number nonzero of B); the weights are appended to ``read``."""
     place: dict[int, Ref] = {}
 
     def weighted(weight: int, value: Ref) -> Ref:

@@ -1,4 +1,4 @@
-"""Before one statement is written: what outputs need, what is computed together, in which part, and who uses it."""
+"""Plan of a function before scheduling: live operations, fused groups, parts, and numbers of uses."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Plan:
         return self.by_part[number]
 
     def weight(self, node: int) -> int:
-        """Return how many operations are written for an entry of ``order``."""
+        """Return the number of operations written for an entry of ``order``."""
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
@@ -82,7 +82,7 @@ class Plan:
         return [node] if others is None else sorted([node, *others])
 
     def crossing(self, number: int) -> list[int]:
-        """Return the operations of a part that a later one reads; results of loops stay where they are anyway."""
+        """Return the operations of a part that later parts read; results of loops are in the workspace already."""
         return [
             node
             for first in self.part(number)

@@ -1,4 +1,4 @@
-"""One function of a tape -> parts of statements: order, fusion of sine with cosine, nesting of values used once, chunks.
+"""Scheduling of one function: statement order, fused sine and cosine, nested expressions, parts of limited length.
 
 Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in chunks), so a
 long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a workspace. What repeats

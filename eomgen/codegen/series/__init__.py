@@ -1,4 +1,4 @@
-"""Functions that give Taylor coefficients order by order, and where their pieces meet."""
+"""Recurrences of Taylor coefficients, and the breakpoints at which a series must end."""
 
 __all__ = []
 #: Open to the other parts of ``codegen`` as well.

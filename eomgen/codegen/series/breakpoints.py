@@ -1,6 +1,7 @@
-"""Times at which equations on a tape are not analytic, as far as a series of time must know them: found on the tape itself.
+"""Breakpoints in time: instants at which the equations on a tape are not analytic.
 
-Steps of low order pass the joints of smooth splines without harm (see ``scene.corners``); a series must end at every one.
+Low-order methods step over the breaks of smooth splines without loss of order (see ``formula.discontinuities``); a
+Taylor series must end at every break.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ _CONSTANT = frozenset({"p", "u", "followed"})
 
 
 def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
-    """Return the times at which anything on a tape has a corner or goes on to another polynomial, each once.
+    """Return the times at which an operation of the tape is not analytic, without repetition.
 
     Raises
     ------
     ModelError
-        Coordinates, tunable parameters or functions of time that are not linear decide where one is.
+        The time of a breakpoint depends on coordinates, on tunable parameters, or nonlinearly on time.
     """
     found: dict[tuple[float, float], Discontinuity] = {}
     unknown: list[str] = []
@@ -49,7 +50,7 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
 
 
 def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:
-    """Return a and b where a reference is a t + b with constants, else None."""
+    """Return (a, b) if a reference is a t + b with constants, else None."""
     node, sign = abs(ref), 1.0 if ref > 0 else -1.0
     number = tape.value(node)
     if number is not None:

@@ -1,4 +1,4 @@
-"""The functions of a motion's Taylor coefficients as parts of a Program, and the sizes that errors are measured by."""
+"""Functions of the Taylor recurrence as parts of a Program, and the scales of rounding errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The motion of a System as a recurrence of Taylor coefficients: two functions, order 0 and order k, for the Taylor stepper.
+"""Taylor recurrence of a System: functions for order 0 and for order k, evaluated by the Taylor stepper.
 
 Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is -M_0 a_k, and
 M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of inverse dynamics, about

@@ -1,3 +1,3 @@
-"""Target languages, a room or a distribution each: names, printer, files."""
+"""Target languages: names, printer and files of each."""
 
 __all__ = ["c", "register", "target"]

@@ -1,4 +1,4 @@
-"""The register of targets: C, and those of other distributions."""
+"""Register of target languages: C, and entry points of other distributions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a target language gives: the row of the register of targets."""
+"""``Target``: a row of the register of target languages."""
 
 from __future__ import annotations
 

@@ -1,3 +1,3 @@
-"""Families of integration methods: what each says of itself, and the register of all; order conditions are checked at start."""
+"""Families of integration methods and their register; order conditions are checked at construction."""
 
 __all__ = ["family", "register"]

@@ -1,4 +1,4 @@
-"""Named cases of generalized-alpha: its four coefficients from the parameter by which each case is known.
+"""Coefficients of named generalized-alpha cases from one parameter each.
 
 (1 - alpha_m) a' + alpha_m a = (1 - alpha_f) vdot' + alpha_f vdot, and Newmark's formulas with beta and gamma on a.
 Newmark, J. Eng. Mech. Div. 85 (1959) 67; Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5 (1977) 283; Wood, Bossak and

@@ -1,4 +1,4 @@
-"""What a family of methods says of itself: a family is a subclass of ``Family``, a method an instance of it.
+"""``Family``: facts, settings, statistics and stepper data of a family of methods; an instance is one method.
 
 Names, terms, the state of the stepper, settings, statistics and statuses are rows here; C and Python read the same rows.
 """

@@ -1,4 +1,4 @@
-"""Methods as data with a conscience: exact coefficients, declared order, needs and source, checked when they are made.
+"""Generalized-alpha methods as data, with order conditions checked on construction.
 
 Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and Cardona,
 Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.

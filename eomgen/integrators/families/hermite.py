@@ -1,4 +1,4 @@
-"""Hermite's corrector of order 4: one implicit step from accelerations and their rates at both ends.
+"""Hermite's implicit method of order 4: accelerations and their rates at both ends of a step.
 
     y_1 = y_0 + h/2 (y'_0 + y'_1) + h^2/12 (y''_0 - y''_1)
 

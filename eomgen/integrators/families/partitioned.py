@@ -1,4 +1,4 @@
-"""Runge-Kutta-Munthe-Kaas for constrained systems: constraints are eliminated by coordinate partitioning, stage by stage.
+"""Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
 
 Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. What one stage gives is the Runge-Kutta method's own field made
 continuous off the constraints by a smooth correction, so the order stays the method's: Hairer, Lubich, Wanner, Geometric

@@ -1,4 +1,4 @@
-"""The register of families: eomgen's own, and those of other distributions, which are looked for when a name is not eomgen's."""
+"""Register of families: eomgen's own, and entry points of other distributions, read for unknown names only."""
 
 from __future__ import annotations
 

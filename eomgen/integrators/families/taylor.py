@@ -1,4 +1,4 @@
-"""Taylor series of any order in time, with the step from the last two coefficients: Jorba and Zou, Exp. Math. 14 (2005) 99.
+"""Taylor series method of any order; step from the last two coefficients: Jorba and Zou, Exp. Math. 14 (2005) 99.
 
 The order is higher than theirs, for here an order costs much the same whether it is the tenth or the twentieth.
 """

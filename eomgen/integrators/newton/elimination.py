@@ -1,4 +1,4 @@
-"""The order in which a sparse matrix of known pattern is eliminated, found once from sample values and kept ever after.
+"""Elimination of a sparse matrix of known pattern; order and pivots are chosen once from sample values.
 
 Threshold Markowitz: of the entries that are large enough in their column in every sample, the one that fills in least.
 Markowitz, Management Science 3 (1957) 255; Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017).

@@ -1,4 +1,4 @@
-"""Elimination front by front: stages of the same structure share one piece of code, which knows its places by a few offsets.
+"""Frontal elimination: stages with equal structure share one function, parametrised by index offsets.
 
 A front holds the rows of U and the columns of L of its pivots in one run of the factors. What its elimination takes from later
 entries is subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a tree this is the

@@ -1,4 +1,4 @@
-"""The matrix of Newton's iteration as data: its unknowns, its nonzeros, and how each follows from the system's partials.
+"""Iteration matrix of Newton's method as data: unknowns, nonzeros, entries as functions of the system's partials.
 
 Unknowns (E, h lam, eta) with the mean velocity D = E - B_n^T eta and q = q_n o exp(h D); equations (h r, Phi/h, w):
 

@@ -1,4 +1,4 @@
-"""Numbers of a system's partials at a few states, by which pivots are chosen: the initial state, and others far from it.
+"""Sample values of a system's partials, at the initial state and at random states, for the choice of pivots.
 
 The others satisfy the constraints too: where joints come apart, frames lie as they never do, and pivots look bad that are good.
 """

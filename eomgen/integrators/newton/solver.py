@@ -1,4 +1,4 @@
-"""The linear algebra of a step as plain data for the templates: assembly, elimination and solution, written out or as tables."""
+"""Linear solver of an implicit step as data for the templates: assembly, elimination, substitution."""
 
 from __future__ import annotations
 

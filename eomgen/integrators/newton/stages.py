@@ -1,4 +1,4 @@
-"""Which unknowns are eliminated together: body after body, each with the multipliers of the constraints that hold it.
+"""Stages of elimination: body by body, each with the multipliers of the constraints that act on it.
 
 A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its inertia.
 Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first, so that chains and

@@ -1,4 +1,4 @@
-"""Constraint equations: rows, their rates and partials; joints between absolute bodies; counted angles."""
+"""Constraint equations with rates and partials; joints between absolute bodies; angles counted over revolutions."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

@@ -1,10 +1,9 @@
-"""Angles of joints in absolute coordinates that are counted over turns: the bodies' poses tell angles up to whole turns only.
+"""Joint angles counted over revolutions in absolute coordinates; poses give angles modulo 2 pi only.
 
-Where an angle acts as the number it is (in a spring, a stop, an output, a formula, not only in sines and cosines), the
-configuration holds a number beside the bodies' poses, a reference within half a turn of the angle. The angle is the reference and
-what the frames have turned past it; as the reference does not depend on the poses, partials and rates are those of the frames.
-Whoever moves the bodies lets the reference follow: the configuration is a point of a covering space, and the reference says on
-which sheet.
+Where an angle acts as a number (in a spring, a stop, an output, a formula other than sines and cosines), q holds a
+reference beside the poses, within pi of the angle. The angle is the reference plus the rotation of the frames beyond
+it. The reference does not depend on the poses, so partials and rates are those of the frames. The configuration is a
+point of a covering space, and the reference selects the sheet; steppers update it after each step.
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ _PERIODIC = frozenset({"sin", "cos", "tan"})
 
 
 def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
-    """Return the angles that are counted over turns in absolute coordinates, in the order of the joints; in others none.
+    """Return (joint, index) of the angles counted over revolutions, in joint order; none in joint coordinates.
 
-    A helical joint's angle is that of its travel and needs no count.
+    The angle of a helical joint follows from its travel and is not counted.
     """
     if scene.coordinates != "absolute":
         return ()
@@ -37,19 +36,19 @@ def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
 
 
 def angle_labels(scene: Scene) -> tuple[str, ...]:
-    """Return what the numbers beside the poses are called: ``hinge.angle``; ``cross.angle[1]`` of a joint with two angles."""
+    """Return the labels of the references in q: ``hinge.angle``, or ``cross.angle[1]`` for a joint with two angles."""
     angles = {joint.name: joint.kind.angles for joint in scene.joints}
     return tuple(f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene))
 
 
 def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
-    """Return whether a joint follows an angle, as an angle, by a whole multiple: turns of the leader do not matter then."""
+    """Return whether an angle follows another by an integer factor: revolutions of the leader then have no effect."""
     whole = mimic.multiplier
     return joint.kind.only_turns and leader.kind.only_turns and isinstance(whole, Number) and whole.value == int(whole.value)
 
 
 def _in_elements(scene: Scene) -> Iterator[Coordinate]:
-    """Yield the coordinates that springs, stops and joints that follow others act on."""
+    """Yield the coordinates on which springs, stops and dependent (mimic) joints act."""
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
         yield from ((joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0))
@@ -63,10 +62,10 @@ def _in_elements(scene: Scene) -> Iterator[Coordinate]:
 
 
 def _as_numbers(formula: Formula, *, turns: bool) -> set[Coordinate]:
-    """Return the coordinates in a formula whose whole turns matter; ``turns``: those of the formula's own value do not.
+    """Return the coordinates in a formula that may not be shifted by 2 pi; ``turns``: the formula's own value may be.
 
-    As ``symbolic.periodic`` finds it on a tape: sines and cosines do not see turns, and sums, differences and whole multiples
-    hand them on.
+    Same rules as in ``symbolic.periodic``: sines and cosines are periodic; sums, differences and integer multiples pass
+    shifts on.
     """
     if isinstance(formula, Number):
         return set()

@@ -1,4 +1,4 @@
-"""Velocities of joints between absolute bodies, as joint coordinates have them: linear models measure motions by them.
+"""Joint velocities between absolute bodies, the velocity coordinates in which linear models are compared.
 
 Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only those that are constant
 multiples of each other along the motion have the same. Components of bodies' velocities are no such multiples of the joints'.
@@ -20,7 +20,7 @@ from eomgen.symbolic.scalar import Scalar, apply, dot, minus, transpose
 
 
 def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:
-    """Return the derivatives of the velocities of all joints that follow no other, in the order of ``scene.leading_joints``."""
+    """Return the calculus of the velocities of all independent joints, in the order of ``scene.leading_joints``."""
     rows = Rows()
     for joint in scene.leading_joints:
         with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
@@ -29,7 +29,7 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
 
 
 def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
-    """Return the components of a joint's velocity; on motions that the joint allows they are those of joint coordinates."""
+    """Return the velocity components of a joint, rad/s or m/s; on admissible motions those of joint coordinates."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
         pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))

@@ -1,4 +1,4 @@
-"""Joints of a scene as constraints between absolute bodies, and their coordinates as functions of the bodies' poses."""
+"""Joints as constraints between absolute bodies, and joint coordinates as functions of the bodies' poses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from eomgen.symbolic.tape import ZERO
 
 
 def joint_constraint(joint: Joint) -> Constraint | None:
-    """Return the constraint that a joint is; None for joints without equations."""
+    """Return the constraint equivalent to a joint; None for joints without constraint equations."""
     if not joint.kind.moves or joint.kind.rows == (0, 0):
         return None
     turn = _frame(joint)
@@ -34,7 +34,7 @@ def joint_constraint(joint: Joint) -> Constraint | None:
 
 
 def _frame(joint: Joint) -> tuple[Direction, ...]:
-    """Return the axes of the constraint's frames in the child: z along the joint's axis, or x and y along both of them."""
+    """Return the constraint frame's axes in child axes, (3, 3): z along the joint's axis, or x and y along its two axes."""
     if len(joint.kind.turned_about) > 1:
         return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
     return frame_of(joint)
@@ -47,18 +47,18 @@ def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tupl
 
 @dataclass(frozen=True)
 class SineCosine:
-    """An angle by its sine and cosine, both times the same positive number."""
+    """An angle by its sine and cosine, up to a common positive factor."""
 
     sine: Scalar
     cosine: Scalar
 
     def past(self, sine: Scalar, cosine: Scalar) -> SineCosine:
-        """Return how far the angle is beyond another one."""
+        """Return this angle minus another one, given by its sine and cosine."""
         return SineCosine(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
 
 
 class AbsoluteQuantities(Quantities):
-    """Resolves the symbols of formulas when bodies have absolute coordinates: joint coordinates are measured between frames."""
+    """Symbols of formulas in absolute coordinates: joint coordinates are measured between the bodies' frames."""
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
         super().__init__(scene, tree, kinematics, offered)
@@ -83,7 +83,7 @@ class AbsoluteQuantities(Quantities):
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:
-        """Return a travel of a joint or an angle: over turns where it is counted, else within half a turn."""
+        """Return a joint's travel, m, or angle, rad: over revolutions where it is counted, else in (-pi, pi]."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
             return self._wrapped(joint, index)
@@ -92,7 +92,7 @@ class AbsoluteQuantities(Quantities):
         return reference + call(Op.ATAN2, past.sine, past.cosine)
 
     def _wrapped(self, joint: str, index: int) -> Scalar:
-        """Return a travel, or an angle within half a turn: all that rates and virtual work need to know."""
+        """Return a travel, m, or an angle in (-pi, pi], with the rates and the virtual work of the counted one."""
         measure = self._measure(joint, index)
         return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
 
@@ -108,7 +108,7 @@ class AbsoluteQuantities(Quantities):
         return self._measures[joint][index]
 
     def _measured(self, item: Constraint) -> tuple[Scalar | SineCosine, ...]:
-        """Return the coordinates of a joint; a screw's angle is that of its travel, so it counts turns."""
+        """Return the coordinates of a joint; the angle of a helical joint follows from its travel."""
         pair = frame_pair(self, item.first, item.second)
         first, second = pair.first, pair.second
         gap = minus(second.origin, first.origin)
@@ -138,9 +138,9 @@ class AbsoluteQuantities(Quantities):
 
 
 def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
-    """Return for each joint that follows another the row that its coordinate is the leader's, multiplied, plus an offset.
+    """Return one constraint equation per dependent (mimic) joint: coordinate = multiplier * leader + offset.
 
-    An angle that follows is compared by its sine, and so needs no count of its own turns.
+    Dependent angles are compared by the sine of the difference, and so need no count of revolutions.
     """
     rows = list[Row]()
     for joint in quantities.scene.joints:

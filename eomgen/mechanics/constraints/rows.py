@@ -1,4 +1,4 @@
-"""Constraint equations on a tape, and everything the equations of motion need of them, by left-trivialised differentiation.
+"""Constraint equations on a tape, with Jacobian, rates, bias and forces by left-trivialised differentiation.
 
 A row is holonomic, Phi(q, t) = 0, or at velocity level, psi(q, v, t) = 0 with psi affine in v. All else is calculus
 on the tape: B, the velocity row Phi' = B v + Phi_t, and the part of its rate that is quadratic in v (with base motion
@@ -28,15 +28,15 @@ from eomgen.system.system import BASE_LAYOUT
 
 @dataclass(frozen=True)
 class Row:
-    """One equation of a constraint.
+    """One scalar constraint equation.
 
     Attributes
     ----------
-    value : what is to be zero; at velocity level affine in v
-    size : what the magnitudes of its summands add up to, in its own unit: rounding errors are a few digits less. At velocity
-        level, of those that an angular velocity is multiplied by
-    extent : m, what turning what it joins may move it by, wherever that stands along what the row lets slide or roll
-    way : m, the same and how far apart things stand: what there is to measure where nothing has an extent, as point masses
+    value : residual; at velocity level affine in v
+    size : sum of the magnitudes of its summands, in the unit of ``value``, the scale of rounding errors; at velocity
+        level of the lengths that multiply angular velocities
+    extent : m, bound of the displacement that rotations of the joined bodies cause, wherever they slide or roll
+    path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
     """
 
     name: str
@@ -49,7 +49,7 @@ class Row:
 
 @dataclass
 class Rows:
-    """Constraint rows; holonomic ones first when numbered."""
+    """Constraint equations; the holonomic ones are numbered first."""
 
     holonomic: list[Row] = field(default_factory=list)
     velocity: list[Row] = field(default_factory=list)
@@ -59,14 +59,14 @@ class Rows:
         return [*self.holonomic, *self.velocity]
 
     def without(self, numbers: Sequence[int]) -> Rows:
-        """Return the rows but those of the given numbers."""
+        """Return all equations except those with the given numbers."""
         left_out, first = set(numbers), len(self.holonomic)
         at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
         return Rows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
 
 
 def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
-    """Return the rows of all constraints."""
+    """Return the equations of all constraints."""
     rows = Rows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
@@ -128,19 +128,19 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
 
 
 def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FramePose, second: FramePose) -> Scalar:
-    """Return the sine of how far the second frame has turned about z beyond an angle: smooth over any number of turns."""
+    """Return sin(rotation of the second frame about z - angle), smooth over any number of revolutions."""
     cosine, sine = quantities.algebra.call(Op.COS, angle), quantities.algebra.call(Op.SIN, angle)
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
 
 
 def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
-    """Return the travel that an angle lacks on a screw, in m: the travel tells the turns, which frames alone do not."""
+    """Return the residual of a screw in m; the travel selects the revolution of the angle."""
     pitch = quantities.formula(item.pitch)
     return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
 def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vector:
-    """Return the lowest point of a disc about the second frame's z axis, or of a sphere, over the first's plane."""
+    """Return the lowest point, (3,), above the first frame's plane, of a disc about the second's z axis or a sphere."""
     normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
     if item.shape == "sphere":
         return minus(pair.second.origin, scaled(radius, normal))
@@ -150,7 +150,7 @@ def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vecto
 
 
 def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
-    """Return size, lever and way of a pair, the radius of a wheel included. Where on its plane it rolls is no lever of a row."""
+    """Return size, lever and path length of a pair with the wheel's radius; the position on the plane is no lever."""
     radius = magnitude(quantities.formula(item.radius))
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
@@ -166,7 +166,14 @@ def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[
 
 
 class ConstraintCalculus:
-    """Derivatives of constraint rows along velocities, base motion and time."""
+    """Jacobian, rates, bias and forces of constraint equations, recorded on the tree's tape.
+
+    Parameters
+    ----------
+    tree : links in joint or absolute coordinates
+    rows : n holonomic, then m velocity equations
+    moving_base : whether the block ``base`` depends on time
+    """
 
     def __init__(self, tree: Tree, rows: Rows, moving_base: bool) -> None:
         self.algebra = tree.algebra
@@ -180,13 +187,13 @@ class ConstraintCalculus:
 
     @cached_property
     def tangents(self) -> list[Tangent]:
-        """The rows of B, nonzeros only, by velocity component."""
+        """Rows of B as {velocity component: nonzero}, one mapping per equation."""
         by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
         with self.tape.block("Jacobian of the constraints"):
             return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
 
     def jacobian(self) -> list[list[Scalar]]:
-        """Return B, one row per constraint row, dense with structural zeros."""
+        """Return B, (rows, nv), left-trivialised in q, with structural zeros."""
         return self._dense(self.tangents)
 
     def _dense(self, tangents: Sequence[Tangent]) -> list[list[Scalar]]:
@@ -198,19 +205,19 @@ class ConstraintCalculus:
         return rows
 
     def velocity(self) -> list[Scalar]:
-        """Return Phi' = B v + Phi_t of the holonomic rows, then the velocity rows themselves."""
+        """Return Phi' = B v + Phi_t of the holonomic equations, then the residuals of the velocity equations."""
         with self.tape.block("rates of the constraints"):
             first = jacobian_vector(self.tape, self.holonomic, self.rates)
         return [Scalar(self.tape, ref) for ref in [*first, *self.level]]
 
     def bias(self) -> list[Scalar]:
-        """Return the rate of ``velocity`` at vdot = 0: Z(v, v) with all terms of base motion and drivers."""
+        """Return d/dt of ``velocity`` at vdot = 0, (rows,): Z(v, v) including base motion and prescribed motions."""
         velocity = [value.ref for value in self.velocity()]
         with self.tape.block("accelerations of the constraints at vdot = 0"):
             return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
 
     def forces(self) -> list[Scalar]:
-        """Return B^T lam."""
+        """Return the generalized constraint forces B^T lam, (nv,)."""
         total = [self.algebra.zero] * self.nv
         tangents = self.tangents
         with self.tape.block("constraint forces"):
@@ -221,7 +228,7 @@ class ConstraintCalculus:
         return total
 
     def driving_power(self) -> Scalar:
-        """Return lam times the partial derivatives of the holonomic rows in time: the power of drivers, not of the base."""
+        """Return lam . Phi_t of the holonomic equations, W: power of prescribed motions, without that of the base."""
         rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
         total = self.algebra.zero
         for number, rate in enumerate(rates):
@@ -229,20 +236,20 @@ class ConstraintCalculus:
         return total
 
     def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
-        """Return left-trivialised partials in q of any values, one row each."""
+        """Return left-trivialised partials in q of n values, (n, nv)."""
         return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
 
 
 def rates_of(
     tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool
 ) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivative of time, configuration and base, for directional derivatives with v held constant."""
+    """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
     rates = rates_along(tape, seeds)
     return rates | _base_rates(tape) if moving_base else rates
 
 
 def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of the base struct: pose by twist, twist by its own derivative, which is held constant."""
+    """Return the time derivatives of the base struct: pose from twist, twist from its derivative, held constant."""
     start: dict[str, int] = {}
     offset = 0
     for name, size, _ in BASE_LAYOUT:

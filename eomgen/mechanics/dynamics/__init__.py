@@ -1,4 +1,4 @@
-"""The equations in separated form: M, h, b, Q, their partials, forward dynamics, energies."""
+"""Equations of motion in separated form: M, h, b, Q, their partials, forward dynamics, energies."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

@@ -1,7 +1,8 @@
-"""Forward dynamics by articulated bodies: linear in the number of links (Featherstone 1983), joint columns one by one.
+"""Articulated-body algorithm, forward dynamics linear in the number of links (Featherstone 1983), column by column.
 
-Written for the classical acceleration of link origins. A link with its subtree, joints free, answers an acceleration (alpha, a)
-with moment A alpha + B a + n and force B^T alpha + C a + f. Longer trees are cheaper this way than by factoring M.
+Accelerations are classical ones of link origins. The subtree of a link with free joints responds to an acceleration
+(alpha, a) by the moment A alpha + B a + n and the force B^T alpha + C a + f. For long trees this takes fewer
+operations than factoring M.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from eomgen.symbolic.scalar import (
 
 @dataclass(frozen=True)
 class Articulated:
-    """Inertia of a link with its subtree, and its load at zero acceleration, in link axes about the link's origin."""
+    """Articulated inertia [[A, B], [B^T, C]] of a subtree and its bias wrench, in link axes about the link's origin."""
 
     A: Matrix
     B: Matrix
@@ -44,7 +45,7 @@ class Articulated:
     force: Vector
 
     def load(self, alpha: Vector, a: Vector) -> Wrench:
-        """Return the inertial part of the answer to an acceleration."""
+        """Return the inertial wrench A alpha + B a, B^T alpha + C a."""
         return plus(apply(self.A, alpha), apply(self.B, a)), plus(apply(transpose(self.B), alpha), apply(self.C, a))
 
     def __add__(self, other: Articulated) -> Articulated:
@@ -54,7 +55,7 @@ class Articulated:
         )  # fmt: skip
 
     def carried(self, link: Link) -> Articulated:
-        """Return the same as the parent sees it, in its axes and about its origin."""
+        """Return the articulated inertia and bias wrench in the parent's axes about the parent's origin."""
         A, B, C = (link.rotation.congruence(part) for part in (self.A, self.B, self.C))
         arm = skew(link.position)
         moved = matrix_plus(B, multiply(arm, C))
@@ -64,12 +65,12 @@ class Articulated:
 
 
 def _symmetric(A: Matrix) -> Matrix:
-    """Return a matrix that is symmetric by its mathematics as one by structure: the upper triangle decides."""
+    """Return a symmetric matrix with its lower triangle replaced by references to the upper one."""
     return (A[0], (A[0][1], A[1][1], A[1][2]), (A[0][2], A[1][2], A[2][2]))
 
 
 def _rigid(algebra: Algebra, inertia: Inertia, bias: Wrench) -> Articulated:
-    """Return one link alone; ``bias`` is the load at zero acceleration."""
+    """Return the articulated body of one rigid link; ``bias`` is its wrench at zero acceleration."""
     second = inertia.second
     trace = second[0][0] + second[1][1] + second[2][2]
     A = tuple(tuple((trace - second[i][j]) if i == j else -second[i][j] for j in range(3)) for i in range(3))
@@ -79,7 +80,7 @@ def _rigid(algebra: Algebra, inertia: Inertia, bias: Wrench) -> Articulated:
 
 @dataclass(frozen=True)
 class _Elimination:
-    """What is kept of one eliminated velocity component: vdot = (drive - moment . alpha - force . a) / pivot."""
+    """One eliminated velocity component: vdot = (drive - moment . alpha - force . a) / pivot."""
 
     moment: Vector
     force: Vector
@@ -90,9 +91,14 @@ class _Elimination:
 def articulated_forward(
     tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None], efforts: Sequence[Scalar]
 ) -> list[Scalar]:
-    """Return vdot under gravity, applied wrenches by link (link axes) and efforts by velocity component.
+    """Return vdot, (nv,), under gravity, applied wrenches and efforts.
 
-    Every column of motion is freed by itself, so no joint may follow another.
+    Parameters
+    ----------
+    tree : without dependent (mimic) joints, since columns are eliminated one by one
+    base : motion in base axes
+    loads : applied wrench per link about its origin in link axes, or None
+    efforts : (nv,) generalized forces
     """
     algebra = tree.algebra
     omegas = angular_velocities(tree, base.omega)
@@ -113,7 +119,7 @@ def articulated_forward(
 
 
 def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vector]:
-    """Return what velocities alone add to the link's acceleration: angular part and acceleration of the origin."""
+    """Return the link's angular acceleration and origin acceleration from velocities alone, in link axes."""
     turn, slide = relative(algebra, link, link.velocities)
     carried = link.rotation.rotate_back(omega_up)
     inward = link.rotation.rotate_back(cross(omega_up, cross(omega_up, link.position)))
@@ -124,7 +130,7 @@ def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vecto
 def _eliminated(
     link: Link, body: Articulated, bias: tuple[Vector, Vector], efforts: Sequence[Scalar]
 ) -> tuple[Articulated, list[_Elimination]]:
-    """Free the joint's columns, last first, and return what remains of the articulated body."""
+    """Eliminate the joint's columns, last first; return the remaining articulated body and the eliminated rows."""
     A, B, C, moment, force = body.A, body.B, body.C, body.moment, body.force
     found: list[_Elimination] = []
     for k in reversed(range(len(link.columns))):

@@ -1,4 +1,4 @@
-"""Stiffness, damping and geometric stiffness of beams by name, as matrices over all velocity components.
+"""Stiffness, damping and geometric stiffness matrices of beams, (nv, nv) each.
 
 With shortening -eta^T H(x) eta / 2, an axial force N(x) adds int N phi' phi'^T dx to the stiffness; N follows from what the
 masses and bodies further out demand. In beam axes
@@ -30,7 +30,7 @@ def _square(tree: Tree) -> Square:
 
 
 def structural(tree: Tree, quantities: Quantities) -> tuple[Square, Square]:
-    """Return K and D of all beams, (nv, nv) each; zero where no elastic coordinate is concerned."""
+    """Return K and D of all beams, (nv, nv) each; zero outside of elastic coordinates."""
     K, D = _square(tree), _square(tree)
     for link in tree.links:
         if link.elastic is not None:

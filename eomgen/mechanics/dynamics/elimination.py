@@ -1,4 +1,4 @@
-"""Elimination of matrices with the sparsity of a tree: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5."""
+"""Elimination of matrices with a tree's sparsity: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5."""
 
 from __future__ import annotations
 

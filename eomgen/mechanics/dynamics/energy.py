@@ -1,8 +1,8 @@
-"""Energies and powers: inertial kinetic and potential energy, non-conservative power, and the power of base and drivers.
+"""Inertial kinetic energy, potential energy, non-conservative power, and power of base and prescribed motions.
 
-Along every motion d(kinetic + potential)/dt = power + base power. Bodies' own inertial parameters are used, never grouped ones.
-Forces between bodies and base do not move the whole scene as one rigid body, so the wrench of the base is what
-inertia needs less weight and external forces, whether joints, springs or constraints transmit it.
+Along every motion d(kinetic + potential)/dt = power + base power. Inertial parameters of bodies are used, not grouped
+ones. Internal forces do no work on a rigid motion of the whole scene, so the wrench of the base is the total inertia
+wrench less weight and external forces, whether joints, springs or constraints transmit it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, m
 
 @cache
 def kinetic_kernel() -> Kernel:
-    """Derive half the integral of |v + omega x s|^2 over the mass, in shape integrals m, d, S."""
+    """Derive 1/2 int |v + omega x s|^2 dm in the shape integrals m, d = int s dm, S = int s s^T dm."""
     s = sympy.Matrix(sympy.symbols("s0:3"))
     v, omega = sympy.Matrix(sympy.symbols("v0:3")), sympy.Matrix(sympy.symbols("w0:3"))
     speed = v + omega.cross(s)
@@ -38,7 +38,7 @@ def kinetic_kernel() -> Kernel:
 
 
 def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
-    """Return the kinetic energy of a body from the twist of its frame's origin, in its axes."""
+    """Return the kinetic energy of a body, J, from the inertial twist of its frame's origin in body axes."""
     values = {"m": inertia.mass}
     for i in range(3):
         values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
@@ -48,7 +48,13 @@ def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: 
 
 
 def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:
-    """Return kinetic and potential energy (J), power of non-conservative forces, and power of base and drivers (W)."""
+    """Return kinetic, potential and total energy, J, non-conservative power, and power of base and drives, W.
+
+    Parameters
+    ----------
+    loads : applied loads with their potential and power
+    drivers : power of prescribed motions, W
+    """
     base, carrier = kinematics.base, kinematics.carrier
     algebra = tree.algebra
     kinetic, potential = algebra.zero, loads.potential
@@ -70,11 +76,11 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
 
 
 def base_power(tree: Tree, base: BaseState, carrier: BaseState, loads: Loads) -> Scalar:
-    """Return the power of the wrench that the base exerts on the scene: all inertia less weight and external forces.
+    """Return the power, W, of the wrench that the base exerts on the scene: inertia less weight and external forces.
 
     Parameters
     ----------
-    base : what the tree's root rests on: the prescribed base, or the world in absolute coordinates
+    base : frame that carries the tree's root: the prescribed base, or the world in absolute coordinates
     carrier : the prescribed base
     """
     algebra = tree.algebra

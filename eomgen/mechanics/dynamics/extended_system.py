@@ -1,4 +1,4 @@
-"""Partials of inverse dynamics of long trees, linear in the number of links: the recursion's own quantities stay unknowns.
+"""Partials of inverse dynamics of long trees, linear in the number of links: the recursion's steps stay unknowns.
 
 Between links the equations pass on only angular velocity, angular acceleration, acceleration of the origin, and the transmitted
 wrench (poses and twists too, where applied forces need them). With these as unknowns s, the matrix of a Newton step is sparse,
@@ -29,9 +29,9 @@ def extended_partials(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar],
     internal: InternalStates,
 ) -> tuple[dict[str, Entries], tuple[int, ...]]:  # fmt: skip
-    """Return the nonzeros of K, C, M, X, and Rz, Fq, Fv, Fz, Fx of internal states, by (row, column).
+    """Return the nonzeros by (row, column) of K, C, M, X, and of Rz, Fq, Fv, Fz, Fx of internal states.
 
-    For each unknown s the first velocity component of its link is given too.
+    Also returned is, for each unknown s, the first velocity component of its link.
 
     Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
     velocity components; of X: the unknowns s; of Rz: internal states. F: rows are the rates of internal states.
@@ -80,6 +80,6 @@ def _passed_on(
 
 
 def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
-    """Return places row by row, and the references there."""
+    """Return the indices (row, column) in row order, and their references."""
     places = tuple(sorted(entries))
     return places, tuple(entries[place] for place in places)

@@ -1,4 +1,4 @@
-"""Exact partials of inverse dynamics by composite bodies: left-trivialised in q, ordinary in v, and M.
+"""Exact partials of inverse dynamics by composite bodies: left-trivialised in q, and in v and a.
 
 Moving joint j by a screw s moves its subtree rigidly. In the frame that moves along, every body there gains the twist
 V x s and the spatial acceleration A x s + V x (V x s) of the joint's parent, plus a Coriolis field 2 w x (velocity)
@@ -42,14 +42,14 @@ from eomgen.symbolic.tape import ONE
 
 @dataclass(frozen=True)
 class Screws:
-    """What one column s = (w, u) of a joint does to its subtree, in link axes about the link's origin.
+    """Effect of one joint column s = (w, u) on its subtree, in link axes about the link's origin.
 
     Attributes
     ----------
     angular, linear : s itself
     turn : w' of s' = V_parent x s, with its linear part ``slide``
     spin_field, spin_origin : s'' = A_parent x s + V_parent x s'
-    rate_field, rate_origin : s' + V x s, what a change of the joint's velocity does
+    rate_field, rate_origin : s' + V x s, the derivative in the joint's velocity
     """
 
     angular: Vector
@@ -120,7 +120,7 @@ class Flow:
     moment: Matrix
 
     def coriolis(self, w: Vector) -> Wrench:
-        """Return moment and force of the acceleration field 2 w x (velocity of each point)."""
+        """Return moment and force of the acceleration field 2 w x (velocity of each point) on the subtree."""
         trace = self.moment[0][0] + self.moment[1][1] + self.moment[2][2]
         moment = minus(scaled(trace, w), apply(self.moment, w))
         return scaled(2.0, moment), scaled(2.0, cross(w, self.momentum))
@@ -166,7 +166,7 @@ def _sum(first: Wrench, second: Wrench) -> Wrench:
 
 
 def inertial_partials(tree: Tree, base: BaseMotion) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
-    """Return K, C, M: partials of inertia and weight in q (left-trivialised), v and a, each (nv, nv), full."""
+    """Return K, C, M: partials of inertia and weight in q (left-trivialised), v and a, each dense (nv, nv)."""
     algebra = tree.algebra
     nv = tree.nv
     K, C, M = ([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
@@ -223,7 +223,7 @@ Square = list[list[Scalar]]
 
 
 def differentiated_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Square, Square]:
-    """Return K, C, M as ``inertial_partials`` does: of inertia and weight in q (left-trivialised), v and a, (nv, nv), full."""
+    """Return K, C, M as ``inertial_partials`` does, by differentiation of the recursion on the tape (for beams)."""
     algebra, nv = tree.algebra, tree.nv
     tau = inverse_dynamics(tree, base, [None] * len(tree.links))
     seeds = configuration_directions(tree)

@@ -1,4 +1,4 @@
-"""The separated terms M, h, Q (gravity), b, and inverse dynamics, from virtual work along the tree.
+"""Separated terms M, h, Q (gravity) and b, and inverse dynamics, by virtual work along the tree.
 
 Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T
 (..) with the Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one
@@ -22,7 +22,7 @@ Rows = dict[int, list[Scalar]]
 
 
 def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:
-    """Return for each link the wrench that its inertia demands less what is applied to it."""
+    """Return per link the inertia wrench less the applied one, in link axes about the link's origin."""
     demanded = field_wrenches(tree, fields)
     for link, (moment, force) in zip(tree.links, demanded, strict=True):
         tree.algebra.named(f"M_{link.name}", moment)
@@ -36,9 +36,9 @@ def zero_base(tree: Tree) -> BaseMotion:
 
 
 def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
-    """Return the generalized forces of one wrench per link: inward recursion, projected joint by joint.
+    """Return the generalized forces, (nv,), of one wrench per link: inward recursion, projected on joint columns.
 
-    ``rows`` holds what elastic coordinates need beside that, by link.
+    ``rows`` holds additional generalized forces of elastic coordinates, by link.
     """
     total = carried_loads(tree, loads, label)
     projected = {index: project(link, total[index]) for index, link in enumerate(tree.links)}
@@ -46,12 +46,12 @@ def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | No
 
 
 def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
-    """Return the generalized forces that the links' inertia demands for their acceleration fields."""
+    """Return the generalized inertia forces, (nv,), of the links for given acceleration fields."""
     return generalized(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
 
 
 def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
-    """Return for each joint the wrench that it transmits: that of its link and of all that hangs on it."""
+    """Return per joint the transmitted wrench, that of the whole subtree, in link axes about the link's origin."""
     total = list(loads)
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -63,7 +63,7 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
 
 
 def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
-    """Return the wrench that each link's inertia demands for its acceleration field."""
+    """Return per link the inertia wrench of its acceleration field, in link axes about the link's origin."""
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
@@ -75,7 +75,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
 
 
 def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
-    """Return what the elastic coordinates of each link need for its acceleration field and the motion against it."""
+    """Return per link the generalized inertia forces of its elastic coordinates."""
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
         if link.elastic is not None:
@@ -86,18 +86,23 @@ def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
 
 
 def coupling(tree: Tree) -> list[Scalar]:
-    """Return h(q, v): the inertia terms quadratic in v, base at rest."""
+    """Return h(q, v), (nv,): inertia terms quadratic in v, base at rest."""
     fields = total_fields(tree, zero_base(tree), accelerations=False, gravity=False)
     return inertial(tree, fields, "nonlinear coupling")
 
 
 def base_motion(tree: Tree, base: BaseMotion) -> list[Scalar]:
-    """Return b(q, v, t): the inertia terms that vanish when the base is at rest."""
+    """Return b(q, v, t), (nv,): inertia terms that vanish when the base is at rest."""
     return inertial(tree, base_fields(tree, base), "base motion")
 
 
 def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> list[Scalar]:
-    """Return M a + h + b - Q of inertia, gravity and ``loads`` (applied wrenches by link, link axes) in one recursion."""
+    """Return M a + h + b - Q, (nv,), of inertia, gravity and ``loads`` in one recursion.
+
+    Parameters
+    ----------
+    loads : applied wrench per link about its origin in link axes, or None
+    """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     efforts = generalized(tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields))
     of_rotors = {
@@ -108,7 +113,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
 
 
 def composites(tree: Tree) -> list[Inertia]:
-    """Return for each link the shape integrals of its subtree, about and in the link's frame."""
+    """Return per link the shape integrals of its subtree, in link axes about the link's origin."""
     total = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -121,7 +126,12 @@ def composites(tree: Tree) -> list[Inertia]:
 
 
 def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[list[Scalar]]:
-    """Return the full symmetric M(q), structural zeros included."""
+    """Return the symmetric M(q), (nv, nv), with structural zeros (composite-rigid-body algorithm).
+
+    Parameters
+    ----------
+    bodies : subtree inertias of ``composites``, by default computed here
+    """
     algebra = tree.algebra
     bodies = composites(tree) if bodies is None else bodies
     M = [[algebra.zero] * tree.nv for _ in range(tree.nv)]
@@ -166,7 +176,13 @@ def _couple(M: list[list[Scalar]], row: int, column: int, value: Scalar) -> None
 
 
 def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:
-    """Return the generalized force of gravity (base axes): that of each subtree's weight, acting at its centre of mass."""
+    """Return the generalized forces of gravity, (nv,), from each subtree's weight at its centre of mass.
+
+    Parameters
+    ----------
+    gravity : (3,), m/s^2, in base axes
+    bodies : subtree inertias of ``composites``, by default computed here
+    """
     bodies = composites(tree) if bodies is None else bodies
     downs: list[Vector] = []
     efforts: dict[int, list[Scalar]] = {}

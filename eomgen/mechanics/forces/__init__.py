@@ -1,4 +1,4 @@
-"""Applied forces and force elements as generalized forces, and the quantities that their formulas mention."""
+"""Applied forces and force elements as generalized forces, and the quantities in their formulas."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

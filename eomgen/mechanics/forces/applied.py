@@ -16,7 +16,7 @@ from eomgen.symbolic.scalar import apply, cross, dot, negative, plus, scaled, tr
 
 
 def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
-    """Return everything that acts on the tree, gravity excepted."""
+    """Return all applied loads on the tree, without gravity."""
     algebra = tree.algebra
     loads = no_loads(tree)
     for spring in scene.springs:

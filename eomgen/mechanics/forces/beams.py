@@ -12,10 +12,10 @@ Rows = list[list[Scalar]]
 
 
 def stiffness_and_damping(body: ElasticBody, quantities: Quantities) -> tuple[Rows, Rows]:
-    """Return K and D of the elastic coordinates, (n, n) each.
+    """Return stiffness K and damping D of a beam's elastic coordinates, (n, n) each.
 
-    D is stiffness damping times K, and on its diagonal 2 zeta sqrt(k m) of each coordinate for itself, which is modal damping
-    where the shapes are modes of the beam alone.
+    D is stiffness damping times K, plus 2 zeta sqrt(k m) on the diagonal for each coordinate alone, which is modal
+    damping where the shapes are modes of the beam alone.
     """
     algebra, integrals, n = body.algebra, body.mass.integrals, body.size
     K, D = ([[algebra.zero] * n for _ in range(n)] for _ in range(2))
@@ -32,7 +32,7 @@ def stiffness_and_damping(body: ElasticBody, quantities: Quantities) -> tuple[Ro
 
 
 def add_structure(loads: Loads, body: ElasticBody, quantities: Quantities) -> None:
-    """Add -K eta - D eta', the strain energy and what damping takes."""
+    """Add -K eta - D eta' to the loads, with the strain energy and the dissipated power."""
     K, D = stiffness_and_damping(body, quantities)
     q, v = body.coordinates.q, body.coordinates.v
     for dof, coordinate, rate, stiff, damped in zip(body.coordinates.dofs, q, v, K, D, strict=True):

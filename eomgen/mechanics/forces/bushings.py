@@ -38,7 +38,7 @@ Rows = list[list[Scalar]]
 
 
 def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
-    """Add the forces of a bushing on both bodies, its potential and what it dissipates."""
+    """Add the wrenches of a bushing on both bodies, its potential, J, and its dissipated power, W."""
     algebra = quantities.algebra
     if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
         return  # between base and world: whoever moves the base strains it
@@ -70,7 +70,7 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
 
 
 def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
-    """Record the logarithm of a rotation by less than half a turn."""
+    """Record the logarithm, (3,), rad, of a rotation matrix with an angle below pi."""
     trace = R[0][0] + R[1][1] + R[2][2]
     w = 0.5 * algebra.call(Op.SQRT, algebra.call(Op.MAX, trace + 1.0, algebra.scalar(1e-24)))
     share = algebra.one / (w * 4.0)

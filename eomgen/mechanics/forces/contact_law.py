@@ -1,4 +1,4 @@
-"""A spring and damper that act in penetration only: smooth at the onset, exactly linear beyond it, and never pulling.
+"""Spring and damper under compression only: smooth at the onset, exactly linear beyond it, never pulling.
 
 With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'), where s rises from 0
 to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives where contact begins and
@@ -19,7 +19,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 @dataclass(frozen=True)
 class Contact:
-    """A force against a penetration, and the part of it that is the derivative of a potential."""
+    """Contact force against a penetration, and its conservative part."""
 
     force: Scalar
     elastic: Scalar
@@ -28,7 +28,7 @@ class Contact:
 
 @cache
 def onset_kernel() -> Kernel:
-    """Derive the rise s(u) and the potential of the spring k d s(d / w) up to the share u = d / w of the onset, over k w^2."""
+    """Derive the smooth onset s(u), u = d / w in [0, 1], and the potential of the spring k d s(d / w) over k w^2."""
     u, x = sympy.symbols("u x")
     a, b, c, d = sympy.symbols("a b c d")
     cubic = a + b * u + c * u**2 + d * u**3
@@ -41,7 +41,7 @@ def onset_kernel() -> Kernel:
 def contact(
     algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
 ) -> Contact:
-    """Record the force that acts against a penetration (negative where there is none) and its rate."""
+    """Record the contact force from the penetration, m (negative without contact), and its rate, m/s."""
     depth = algebra.call(Op.MAX, penetration, algebra.zero)
     within = algebra.call(Op.MIN, depth, onset)
     rise, stored = onset_kernel().instantiate(algebra, {"u": within / onset})

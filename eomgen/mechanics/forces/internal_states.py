@@ -1,4 +1,4 @@
-"""Internal states z: their rates f(q, v, z, t, u), and how rates and applied forces change with them."""
+"""Internal states z: rates f(q, v, z, t, u), and partials of rates and applied forces."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 
 
 def state_formulas(scene: Scene) -> Iterator[Formula]:
-    """Yield every formula that may depend on the state of the scene, those of outputs aside."""
+    """Yield all formulas that may depend on the scene's state, except those of outputs."""
     yield from (state.rate for state in scene.states)
     yield from (controller.output for controller in scene.controllers)
     yield from (spring.force for spring in scene.springs)
@@ -28,7 +28,7 @@ def state_formulas(scene: Scene) -> Iterator[Formula]:
 
 
 class InternalStates:
-    """The internal states of a scene; without any, everything is empty."""
+    """Internal states of a scene; all results are empty without any."""
 
     def __init__(self, scene: Scene, tree: Tree, quantities: Quantities) -> None:
         self.scene = scene
@@ -41,7 +41,7 @@ class InternalStates:
         return len(self.scene.states)
 
     def rates(self) -> list[Scalar]:
-        """Return f."""
+        """Return f(q, v, z, t, u), (nz,)."""
         if self._rates is None:
             self._rates = []
             for item in self.scene.states:
@@ -50,7 +50,7 @@ class InternalStates:
         return self._rates
 
     def seeds(self, first: int) -> Seeds:
-        """Return z as directions of differentiation, numbered from ``first`` on."""
+        """Return z as directions of differentiation, numbered from ``first``."""
         return {InputSymbol("z", number): {first + number: ONE} for number in range(self.count)}
 
     def partials(self, applied: Sequence[Scalar]) -> dict[str, Matrix]:

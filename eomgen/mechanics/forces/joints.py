@@ -1,4 +1,4 @@
-"""Forces in the joints themselves: springs, dampers, compliant stops, regularised dry friction."""
+"""Forces in joints: springs, dampers, compliant stops, regularised dry friction."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eomgen.symbolic.scalar import Scalar
 
 
 def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    """Add all that acts in one joint."""
+    """Add all forces of one joint's springs, dampers, stops and friction."""
     tape = quantities.algebra.tape
     _add_spring_and_damper(loads, joint, quantities)
     for stop in joint.stops:
@@ -54,7 +54,7 @@ def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> N
 
 
 def friction_effort(friction: Friction, rate: Scalar, quantities: Quantities) -> Scalar:
-    """Record the effort against the motion: Coulomb's, higher at low speed where Stribeck's is asked for, times a tanh."""
+    """Record the friction effort: Coulomb plus optional Stribeck term, times a tanh of the joint's rate."""
     algebra, formula = quantities.algebra, quantities.formula
     level = formula(friction.coulomb)
     if friction.static is not None and friction.stribeck is not None:

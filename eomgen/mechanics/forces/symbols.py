@@ -1,4 +1,4 @@
-"""What names in formulas mean on the tape: coordinates, points, springs, parameters, inputs and time."""
+"""Symbols of formulas as scalars on the tape: coordinates, points, springs, parameters, inputs, time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Offers = Mapping[str, Callable[["Quantities", str], Scalar]]
 
 
 class Quantities:
-    """Resolves the symbols of formulas, for a scene in joint coordinates."""
+    """Symbols of formulas on the tape, in joint coordinates."""
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
         self.scene = scene
@@ -79,12 +79,12 @@ class Quantities:
                 return self.energies[symbol.name]
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
-        """Return what an effort of 1 on a joint's component adds to the generalized force, by velocity component."""
+        """Return the generalized force by velocity component of a unit effort on a joint's coordinate."""
         coordinates = self.tree.coordinates[joint]
         return {coordinates.dofs[index]: coordinates.ratio}
 
     def controller(self, name: str) -> Scalar:
-        """Return what a controller gives, recorded once."""
+        """Return a controller's output, recorded once."""
         if name not in self._outputs_of_controllers:
             with self.algebra.tape.block(f"controller {name}"):
                 self._outputs_of_controllers[name] = self.formula(self.controllers[name].output)
@@ -97,14 +97,14 @@ class Quantities:
         return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
 
     def mount(self, frame: Frame) -> Mount:
-        """Return the mount of the body of a frame as the material around the frame's origin sees it."""
+        """Return the mount of a frame's body; on a beam that of the station at the frame's origin."""
         return self.tree.mount_at(frame.body, self.vector(frame.position))
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)
 
     def stretch(self, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
-        """Return length, rate of length, and unit vector from first to second point in base axes."""
+        """Return length, m, rate of length, m/s, and unit vector from first to second point, (3,), in base axes."""
         first, second = self.at(self.points[spring.first]), self.at(self.points[spring.second])
         span = minus(self.kinematics.position_in_base(*second), self.kinematics.position_in_base(*first))
         speed = minus(self.kinematics.velocity_in_base(*second), self.kinematics.velocity_in_base(*first))
@@ -122,7 +122,7 @@ class Quantities:
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:
-    """Return an input as a function of time; zero where the scene does not say what it is."""
+    """Return an input as a function of time; 0 where the scene gives none."""
     algebra = quantities.algebra
     value = quantities.formula(item.formula) if item.formula is not None else algebra.zero
     if not item.harmonics:

@@ -1,4 +1,4 @@
-"""Tyres: the normal force of a point contact that can lift off, and where asked slip forces that saturate at the friction.
+"""Tyres: normal force of a point contact that can lift off, and optional slip forces limited by friction.
 
 Slip follows the usual definitions (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), with a speed added to the rolling one
 so that a wheel at rest has a force too; forces grow in proportion to slip and load and approach friction times load smoothly.
@@ -23,12 +23,12 @@ from eomgen.symbolic.tape import ONE, ZERO, Tape
 
 @dataclass(frozen=True)
 class TyreContact:
-    """The state of a tyre, in world axes.
+    """Contact of a tyre with its road, in world axes.
 
     Attributes
     ----------
     velocity : of the wheel's centre
-    gradient : direction of the normal force, not of unit length: its z is 1
+    gradient : direction of the normal force, scaled to z = 1
     steepness : length of ``gradient``
     deflection, rate : negative deflections are gaps
     contact : the force along ``gradient``
@@ -94,9 +94,9 @@ OFFERED: Offers = {
 
 
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
-    """Add the forces of a tyre on its wheel, their potential and power.
+    """Add the contact force of a tyre on its wheel, its potential, J, and its power, W.
 
-    On a road at rest the spring's part has a potential. A road that moves does work on the tyre, so there all of it is power.
+    On a road at rest the spring force has a potential. A moving road does work on the tyre: then all of it counts as power.
     """
     algebra, kinematics = quantities.algebra, quantities.kinematics
     link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))

@@ -1,4 +1,4 @@
-"""Poses and twists of all bodies in the world, for output: quaternions multiplied along the tree, so their sign never jumps.
+"""Poses and twists of all bodies in the world, for output; the quaternions' signs are continuous along motions.
 
 Their sign at neutral coordinates is that of the joints' orientations, multiplied in the same way. It does not depend on how the
 frames of links are chosen, which are turned against the bodies' where axes are skew.
@@ -23,8 +23,8 @@ from eomgen.system.description import BASE
 def constant_quaternion(R: Matrix) -> list[float]:
     """Return the unit quaternion (w, x, y, z) of a constant rotation matrix (Shepperd's largest-component rule).
 
-    Its w is positive; of half a turn, which has none, the first of its largest components is, and so it is for turns by a little
-    less or more: poses do not change their signs there.
+    Its w is positive; for angles within tolerance of pi, where w is about 0, the first of the largest components is, so
+    that signs of poses do not change there.
     """
     m = [[entry.constant or 0.0 for entry in row] for row in R]
     squares = [
@@ -66,7 +66,7 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
 
 
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return quaternion (body to world) and position of each body of the scene, 7 numbers each."""
+    """Return quaternion (w, x, y, z; body to world) and world position, m, of each body, (bodies, 7) row by row."""
     algebra = tree.algebra
     still = [algebra.one, *algebra.zero_vector]
     root = algebra.block("base", 4) if kinematics.base.turning else still
@@ -86,7 +86,7 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
-    """Return the constant quaternion of each body in its link, with the sign that the orientations of joints give to its pose."""
+    """Return the constant quaternion of each body in its link, with the sign given by the joints' orientations."""
     neutral: list[list[float]] = []
     for link in tree.links:
         own = constant_quaternion(link.orientation)
@@ -108,7 +108,7 @@ def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
 
 
 def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return the inertial twist of each body in its own axes, 6 numbers each, angular first."""
+    """Return the inertial twist of each body's frame in body axes, (bodies, 6) row by row, angular first."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
@@ -124,7 +124,7 @@ def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return angular acceleration of each body and acceleration of its origin, inertial, in its own axes, 6 numbers each."""
+    """Return inertial angular and origin acceleration of each body in body axes, (bodies, 6) row by row."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
@@ -139,7 +139,7 @@ Columns = dict[int, tuple[Vector, Vector]]
 
 
 def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
-    """Return the Jacobian of each body of the scene, 6 rows (angular first) of nv numbers each."""
+    """Return the Jacobian of each body's twist relative to the base, in body axes, (bodies, 6, nv), angular first."""
     of_links: list[Columns] = []
     for link in tree.links:
         carried: Columns = {}

@@ -1,4 +1,4 @@
-"""Directions of a tree's configuration: what its quantities change by along each velocity component, and along the motion.
+"""Seeds of differentiation along each velocity component (left-trivialised) and along the motion.
 
 Left-trivialised. Rotation matrices of ball and free joints own their change, dR = R w~, besides the quaternions they are made of:
 what depends on an orientation depends on its matrix, and derivatives through the matrix are a third of the size.
@@ -20,7 +20,7 @@ Seeds = dict[Ref | InputSymbol, Tangent]
 
 
 def configuration_directions(tree: Tree) -> Seeds:
-    """Return the seeds of all coordinates and joint rotations; directions are numbered as the components of v."""
+    """Return tangents of all coordinates and joint rotation matrices; direction k is velocity component k."""
     tape = tree.algebra.tape
     seeds: Seeds = dict(configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in tree.factors]))
     for link in tree.links:
@@ -40,7 +40,7 @@ def configuration_directions(tree: Tree) -> Seeds:
 
 
 def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivative of time and configuration along v, for directional derivatives with v held constant."""
+    """Return the time derivatives of t and q along v, for directional derivatives at constant v."""
     rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
     for key, tangent in seeds.items():
         total = ZERO

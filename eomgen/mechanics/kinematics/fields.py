@@ -1,4 +1,4 @@
-"""Outward recursion: acceleration fields of all links, in link axes.
+"""Outward recursion of the links' acceleration fields, in link axes.
 
 A link's points accelerate with a + U s. On a moving base the field splits exactly into what joints cause with the
 base at rest and what the base causes (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
@@ -17,7 +17,7 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross
 
 @dataclass(frozen=True)
 class Field:
-    """Affine acceleration field of a link: ``origin + (alpha~ + symmetric) s``."""
+    """Affine acceleration field of a link, a(s) = ``origin`` + (alpha~ + ``symmetric``) s, m/s^2, in link axes."""
 
     origin: Vector
     alpha: Vector
@@ -25,19 +25,21 @@ class Field:
 
     @property
     def gradient(self) -> Matrix:
+        """Gradient alpha~ + symmetric, (3, 3), 1/s^2."""
         return matrix_plus(self.symmetric, skew(self.alpha))
 
     def at(self, p: Vector) -> Vector:
+        """Return the acceleration, (3,), m/s^2, at position p in link axes."""
         return plus(self.origin, apply(self.gradient, p))
 
 
 @dataclass(frozen=True)
 class LinkField(Field):
-    """The field of a link's frame, and what it makes of motion against the frame, which elastic links have.
+    """Acceleration field of a link's frame, and the velocity terms of motion relative to it (elastic links).
 
     Attributes
     ----------
-    spin : what the frame turns with: the Coriolis acceleration of motion against it is 2 spin x s'
+    spin : angular velocity of the frame: the Coriolis acceleration of relative motion is 2 spin x s'
     relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
     """
 
@@ -50,7 +52,7 @@ _CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "acceleration
 
 
 def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Vector, Vector]:
-    """Return angular and linear part of (motion subspace) x (values), in the child's frame."""
+    """Return the joint's twist X values as (angular, linear) in child axes, from one value per column."""
     angular, linear = algebra.zero_vector, algebra.zero_vector
     for column, value in zip(link.columns, values, strict=True):
         angular, linear = plus(angular, scaled(value, column.angular)), plus(linear, scaled(value, column.linear))
@@ -65,14 +67,14 @@ def centripetal(omega: Vector) -> Matrix:
 
 
 def _bias(link: Link, turn: Vector, slide: Vector) -> tuple[Vector, Vector]:
-    """Return what rates alone add to angular acceleration and to the origin's acceleration, as the parent sees it."""
+    """Return the velocity-dependent terms of angular and origin acceleration across a joint, in child axes."""
     if link.station is not None:
         return link.station.bias
     return link.coordinates.algebra.zero_vector, cross(turn, slide)
 
 
 def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
-    """Return the angular velocity of each link, in link axes, if the base turns with ``omega_base``."""
+    """Return the angular velocity of each link, (3,), rad/s, in link axes, for a base with ``omega_base``."""
     algebra, omegas = tree.algebra, list[Vector]()
     for link in tree.links:
         above = omega_base if link.parent == ROOT else omegas[link.parent]
@@ -81,7 +83,14 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
 
 
 def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True) -> list[LinkField]:
-    """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity together."""
+    """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity.
+
+    Parameters
+    ----------
+    base : motion in base axes
+    accelerations, velocities : whether the joints' accelerations and velocities contribute
+    gravity : whether -g is added to the base's acceleration
+    """
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
     root = Field(start, base.alpha, centripetal(base.omega))
@@ -115,7 +124,7 @@ def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: boo
 
 
 def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
-    """Return the part of all links' acceleration fields that vanishes when the base rests, gravity excluded.
+    """Return the part of the links' acceleration fields that vanishes for a base at rest, without gravity.
 
     The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); its gradient in a link is
     alpha~ + omega~ (omega~ + 2 omega_relative~), all in link axes.

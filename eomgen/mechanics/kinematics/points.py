@@ -1,4 +1,4 @@
-"""Positions, velocities and accelerations of points and bodies, recorded only for those that are asked for."""
+"""Positions, velocities and accelerations of points and bodies, each recorded at its first use."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply
 
 
 class LinkKinematics:
-    """Poses and twists of links against one of them, each recorded at its first use.
+    """Poses and twists of links relative to a reference link, each recorded at its first use.
 
     Parameters
     ----------
-    poses, twists : by link, of those that are known: of the one that all are seen from, at least
+    poses, twists : known values by link, at least those of the reference link
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class LinkKinematics:
         return path[::-1]
 
     def pose(self, link: int) -> tuple[Matrix, Vector]:
-        """Return orientation and origin of a link in the axes of the one that it is seen from."""
+        """Return orientation, (3, 3), and origin, (3,), m, of a link in axes of the reference link."""
         for index in self._path(link, self._poses):  # type: ignore[arg-type]  # keys only
             item = self.tree.links[index]
             R, p = self._poses[item.parent]
@@ -45,7 +45,7 @@ class LinkKinematics:
         return self._poses[link]
 
     def twist(self, link: int) -> tuple[Vector, Vector]:
-        """Return angular velocity and velocity of the origin of a link against the one that it is seen from, in link axes."""
+        """Return angular velocity and velocity of a link's origin relative to the reference link, in link axes."""
         for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
             item = self.tree.links[index]
             omega, velocity = self._twists[item.parent]
@@ -60,10 +60,10 @@ class LinkKinematics:
 
 
 class Kinematics(LinkKinematics):
-    """Kinematics of one tree on one base; every quantity is recorded at its first use.
+    """Kinematics of one tree on one base, each quantity recorded at its first use.
 
-    Link quantities are relative to the base; orientations and origins in base axes, velocities in link axes. In absolute
-    coordinates the world takes the base's place (``base`` is at rest) and ``carrier`` is the prescribed base.
+    Link quantities are relative to the base: orientations and origins in base axes, velocities in link axes. In
+    absolute coordinates the world replaces the base (``base`` is at rest) and ``carrier`` is the prescribed base.
     """
 
     def __init__(self, tree: Tree, base: BaseState, carrier: BaseState | None = None) -> None:
@@ -78,7 +78,7 @@ class Kinematics(LinkKinematics):
         self._fields: list[LinkField] | None = None
 
     def _world(self) -> tuple[tuple[Matrix, Vector], tuple[Vector, Vector]]:
-        """Return pose and twist of the world as the base sees them, the twist in world axes."""
+        """Return pose and twist of the world relative to the base, the twist in world axes."""
         R, x = self.base.orientation, self.base.position
         turning = apply(R, self.base.omega)
         passing = minus(cross(turning, x), apply(R, self.base.velocity))
@@ -86,38 +86,39 @@ class Kinematics(LinkKinematics):
         return (back, negative(apply(back, x))), (negative(turning), passing)
 
     def local(self, body: str, r: Vector) -> tuple[int, Vector]:
-        """Return link and coordinates in the link's frame of a point of a body."""
+        """Return the link of a body's point r, and its position in link axes, (3,), m."""
         mount: Mount = self.tree.mount_at(body, r)
         return mount.link, plus(mount.position, apply(mount.orientation, r))
 
     def position_in_base(self, body: str, r: Vector) -> Vector:
+        """Return the position of a point relative to the base, (3,), m, in base axes."""
         link, s = self.local(body, r)
         R, p = self.pose(link)
         return plus(p, apply(R, s))
 
     def velocity_in_base(self, body: str, r: Vector) -> Vector:
-        """Return the velocity of a point relative to the base, in base axes."""
+        """Return the velocity of a point relative to the base, (3,), m/s, in base axes."""
         link, s = self.local(body, r)
         omega, velocity = self.twist(link)
         return apply(self.pose(link)[0], plus(velocity, cross(omega, s)))
 
     def position(self, body: str, r: Vector) -> Vector:
-        """Return the position of a point in world axes."""
+        """Return the position of a point, (3,), m, in world axes."""
         return plus(self.base.position, apply(self.base.orientation, self.position_in_base(body, r)))
 
     def origin(self, body: str) -> Vector:
-        """Return the origin of a body's frame in world axes; of a beam this is no point of its axis, which bends."""
+        """Return the origin of a body's frame, (3,), m, in world axes; for a deformed beam no material point."""
         mount = self.tree.mounts[body]
         R, p = self.pose(mount.link)
         return plus(self.base.position, apply(self.base.orientation, plus(p, apply(R, mount.position))))
 
     def velocity(self, body: str, r: Vector) -> Vector:
-        """Return the inertial velocity of a point in world axes."""
+        """Return the inertial velocity of a point, (3,), m/s, in world axes."""
         carried = plus(self.base.velocity, cross(self.base.omega, self.position_in_base(body, r)))
         return apply(self.base.orientation, plus(carried, self.velocity_in_base(body, r)))
 
     def acceleration(self, body: str, r: Vector) -> Vector:
-        """Return the inertial acceleration of a point in world axes (it depends on the input block ``a``)."""
+        """Return the inertial acceleration of a point, (3,), m/s^2, in world axes (depends on the block ``a``)."""
         link, s = self.local(body, r)
         if link == WORLD:
             return self.algebra.zero_vector
@@ -127,7 +128,7 @@ class Kinematics(LinkKinematics):
         return apply(self.base.orientation, in_base)
 
     def field(self, link: int) -> Field:
-        """Return the inertial acceleration field of a link in its axes, of the carrying base for a negative number."""
+        """Return the inertial acceleration field of a link in link axes; for negative numbers of the carrying base."""
         if link < 0:
             motion = self.carrier.motion()
             return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
@@ -136,7 +137,7 @@ class Kinematics(LinkKinematics):
         return self._fields[link]
 
     def inertial_twist(self, link: int) -> tuple[Vector, Vector]:
-        """Return inertial angular velocity and velocity of the origin of a link, in link axes."""
+        """Return inertial angular velocity and origin velocity of a link, in link axes."""
         omega, velocity = self.twist(link)
         R, p = self.pose(link)
         back = transpose(R)

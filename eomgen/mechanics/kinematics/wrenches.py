@@ -1,4 +1,4 @@
-"""Wrenches on links: their arithmetic, their transport, their projection on a joint's motion."""
+"""Wrenches (moment about the link's origin, force) in link axes: sums, transport, projection on joints."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ Wrench = tuple[Vector, Vector]
 
 
 def project(link: Link, load: Wrench) -> list[Scalar]:
-    """Return the virtual work of a wrench (moment about the link's origin, force) for each column of the joint."""
+    """Return the generalized force of a wrench per column of the joint."""
     moment, force = load
     return [dot(column.angular, moment) + dot(column.linear, force) for column in link.columns]
 
 
 def carry(link: Link, load: Wrench) -> Wrench:
-    """Return a wrench on a link as the wrench on its parent, in the parent's axes and about the parent's origin."""
+    """Return the equivalent wrench on the parent, in parent axes about the parent's origin."""
     moment, force = link.rotation.rotate(load[0]), link.rotation.rotate(load[1])
     return plus(moment, cross(link.position, force)), force
 

@@ -1,4 +1,4 @@
-"""Tangents and jets of a configuration: what the input symbols of a product of Lie groups own.
+"""Seeds of tangents and jets for the inputs of a configuration, a product of Lie groups.
 
 Left-trivialised (body-frame) throughout: SO(3) q' = 1/2 q (0, omega); SE(3) besides x' = R(q) v. So a unit quaternion is never
 differentiated as if its four numbers were free.

@@ -1,4 +1,4 @@
-"""Sparse partials of long recursions: named intermediates stay unknowns of their own instead of being eliminated.
+"""Sparse partials of long recursions: named intermediates are kept as unknowns and not eliminated.
 
 The Jacobian of y = f(x, s(x)) with s given step by step is dense, but that of the pair (y, definitions of s) is sparse: each
 step of a recursion knows only its neighbour. Eliminating the intermediates again in a good order is the linear-time recursion

@@ -1,4 +1,4 @@
-"""Jets: truncated Taylor coefficients in time of everything on a tape, as operations on the same tape.
+"""Jets: truncated Taylor expansions in time of all values of a tape, recorded on the same tape.
 
 A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives (2008),
 table 13.2. Input symbols own their jets: see ``configuration``.

@@ -1,4 +1,4 @@
-"""First derivatives of a tape, as operations on the same tape: forward partials with sparsity, and reverse gradients.
+"""First derivatives on the same tape: sparse forward partials, reverse gradients.
 
 Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
 

@@ -1,4 +1,4 @@
-"""Tangents of tape nodes: derivatives by direction, those that vanish by structure left out."""
+"""Tangents of tape nodes: derivatives by direction number, structural zeros omitted."""
 
 from __future__ import annotations
 

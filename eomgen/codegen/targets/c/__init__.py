@@ -1,3 +1,3 @@
-"""C99: legal names, the printer of expressions, the files of a generated folder, the interface of a library."""
+"""Target language C99: identifiers, printer, files of a generated folder, interface of a library."""
 
 __all__ = ["interface", "naming", "target"]

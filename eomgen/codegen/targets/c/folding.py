@@ -1,4 +1,4 @@
-"""Lines of C that are too long are folded: names and numbers of a model decide how long they are, which no template can know."""
+"""Folding of long lines of C; names and numbers of a model decide their length, so templates cannot."""
 
 from __future__ import annotations
 

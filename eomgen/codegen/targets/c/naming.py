@@ -1,4 +1,4 @@
-"""Names that come from outside become legal, distinct C identifiers and harmless comments."""
+"""Legal, distinct C identifiers and safe comments from names of users."""
 
 from __future__ import annotations
 

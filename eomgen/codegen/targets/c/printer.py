@@ -1,4 +1,4 @@
-"""Statements of a Program -> lines of C. Doubles are printed shortest-round-trip; functions and selections as ``EG_`` macros.
+"""Statements of a Program -> lines of C; doubles in shortest round-trip form, functions as ``EG_`` macros.
 
 Parentheses keep the order of evaluation of the tape, because floating-point sums are not associative.
 """

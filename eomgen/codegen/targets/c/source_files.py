@@ -1,4 +1,4 @@
-"""Which function, and which part of it, goes into which C file: large models get several, which compile in parallel."""
+"""Distribution of functions and their parts over C files; large models get several, which compile in parallel."""
 
 from __future__ import annotations
 

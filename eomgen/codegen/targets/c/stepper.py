@@ -1,4 +1,4 @@
-"""What templates of steppers print beside the Program: sizes under short names, choices, calls, finished statements."""
+"""Context of the stepper templates: sizes, choices, calls and unrolled statements of a Program."""
 
 from __future__ import annotations
 

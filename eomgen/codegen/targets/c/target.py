@@ -1,4 +1,4 @@
-"""Program -> files: one Jinja environment, all rendered in memory, then written so that nobody sees half a file."""
+"""Program -> C files: one Jinja environment renders all files in memory, then they are written atomically."""
 
 from __future__ import annotations
 
