@@ -43,8 +43,9 @@ def kept_and_dropped(
     note(any(parameter.tunable for parameter in scene.parameters), "parameter struct", "all parameters are fixed and folded")
     note(any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias), "rotor inertia", "no joint has any")
     note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")
-    for term, why in (("outputs", "the scene names none"), ("partials", "not asked for"), ("energy", "not asked for")):
-        note(term in functions, term, why)
+    note("outputs" in functions, "outputs", "not asked for" if scene.outputs else "the scene names none")
+    for term in ("partials", "energy"):
+        note(term in functions, term, "not asked for")
     return tuple(kept), tuple(dropped)
 
 

@@ -65,6 +65,13 @@ def test_simulate_says_what_the_constraints_made_of_the_start(tmp_path: Path, ca
     assert float(v["e"]) == pytest.approx(-2.0 * float(v["h"]), rel=1e-3)
 
 
+def test_info_tells_outputs_that_were_not_asked_for_from_none(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
+    assert main(["info", str(scene), "--terms", "mass,force", "--json"]) == 0
+    dropped = capsys.readouterr().out
+    assert "outputs: not asked for" in dropped and "the scene names none" not in dropped
+
+
 def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out
