@@ -163,7 +163,7 @@ def _misfit(
     twice = [name for name in in_order[: len(given)] if name in kwargs]
     if twice:
         return Problem(where, f"the argument {twice[0]} is given twice, by its place and by its name", "one of them")
-    said = {*in_order[: len(given)], *kwargs}
-    missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in said]
+    specified = {*in_order[: len(given)], *kwargs}
+    missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in specified]
     what = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
     return Problem(where, what, what_to_try or ", ".join(f"{name}=..." for name in missing))

@@ -14,7 +14,7 @@ from eomgen.compiled.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.analysis.linearize import Rest
+    from eomgen.analysis.linearize import EquilibriumState
     from eomgen.analysis.steady_motion import SteadyMotion
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
@@ -59,7 +59,7 @@ class Model(CompiledModel):
     def linearize(
         self, q: ArrayLike | None = None, v: ArrayLike | None = None, a: ArrayLike | None = None, t: float = 0.0,
         u: Inputs = None, *, z: States = None, multipliers: ArrayLike | None = None, parameters: Parameters = None,
-        base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
+        base: ArrayLike | None = None, at: str | EquilibriumState | None = None, initial: Mapping[str, Any] | None = None,
         any_kind: bool = False, independent: Sequence[str] = (),
     ) -> Linearization:  # fmt: skip
         """Return the linear model about a state: second order, state space, modes, frequency responses.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
 from eomgen.scene.load import from_data
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
@@ -69,7 +69,7 @@ def sliding(kind: str, far: float, coordinates: str, *, exchanged: bool) -> Data
 
 
 def assembled(data: Data) -> System:
-    return ready(partial(derive, from_data(data)), TERMS)
+    return with_initial_assembly(partial(derive, from_data(data)), TERMS)
 
 
 def accelerations(system: System) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
 from eomgen.scene.load import from_data
 from eomgen.solvers.consistency import EPSILON
 from eomgen.system.system import System
@@ -39,7 +39,7 @@ TERMS = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "co
 
 
 def assembled(data: Data) -> System:
-    return ready(partial(derive, from_data(data)), TERMS)
+    return with_initial_assembly(partial(derive, from_data(data)), TERMS)
 
 
 def free(system: System) -> int:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.equilibrium_warnings import SAME, Places, rest_notes
+from eomgen.analysis.equilibrium_warnings import SAME, Places, equilibrium_notes
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference
-from eomgen.solvers.damped_motion import settle
+from eomgen.solvers.damped_motion import follow_damped_motion
 from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine
 from eomgen.solvers.newton_path import follow_newton
 
@@ -78,8 +78,8 @@ class Equilibrium:
         """(nv,) zeros."""
         return np.zeros(len(self.v))
 
-    def doubts(self, *, any_kind: bool) -> list[str]:
-        """Return the notes; where equilibria of any kind were asked for, it is no doubt that a motion settles elsewhere."""
+    def warnings(self, *, any_kind: bool) -> list[str]:
+        """Return the notes as warnings; for equilibria of any kind, a motion that settles elsewhere is none."""
         return [note for note in self.notes if not (any_kind and note.startswith(_ELSEWHERE))]
 
 
@@ -139,22 +139,22 @@ def equilibrium(
         raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
     if not first.finite:
         raise _not_finite(model, first)
-    settled = _settled(statics, start.q, start.z)
-    others = [] if settled.balanced and not any_kind else _by_newton(statics, start.z, settled)
-    found = min((search for search in (settled, *others) if search.balanced), key=partial(_distance, statics), default=None)
+    damped = _by_damped_motion(statics, start.q, start.z)
+    others = [] if damped.balanced and not any_kind else _by_newton(statics, start.z, damped)
+    found = min((search for search in (damped, *others) if search.balanced), key=partial(_distance, statics), default=None)
     if found is None:
-        raise _failure(model, statics, settled)
+        raise _failure(model, statics, damped)
     deviations = model.check_left_out(found.point.q, np.zeros(model.nv), time, p)
-    notes = [*deviations, *_elsewhere(model, statics, found, settled), *rest_notes(places, found.path, u)]
+    notes = [*deviations, *_elsewhere(model, statics, found, damped), *equilibrium_notes(places, found.path, u)]
     return _result(model, statics, found, time, places.base, notes)
 
 
-def _settled(statics: Statics, q: Array, z: Array) -> Search:
+def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
     """Return where a damped motion settles; where internal states do not let it, with states that follow ever more slowly."""
     found = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
-            found = settle(statics, q, z, slower)
+            found = follow_damped_motion(statics, q, z, slower)
         except np.linalg.LinAlgError:
             continue
         if found.balanced:
@@ -162,9 +162,9 @@ def _settled(statics: Statics, q: Array, z: Array) -> Search:
     return found
 
 
-def _by_newton(statics: Statics, z: Array, settled: Search) -> list[Search]:
+def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
     """Return where Newton's path leads from the start, and from where the motion lingers on the way to rest."""
-    path = [*settled.path, settled.point.q]
+    path = [*damped.path, damped.point.q]
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
     found = []
@@ -184,13 +184,13 @@ def _distance(statics: Statics, search: Search) -> float:
     return float(np.sqrt(way @ statics.mass(start) @ way))
 
 
-def _elsewhere(model: CompiledModel, statics: Statics, found: Search, settled: Search) -> list[str]:
+def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Search) -> list[str]:
     """Say so where a damped motion from the start settles elsewhere, or does not settle."""
-    if found is settled:
+    if found is damped:
         return []
-    if not settled.balanced:
+    if not damped.balanced:
         return ["whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"]
-    off = difference(statics.factors, found.point.q, settled.point.q)
+    off = difference(statics.factors, found.point.q, damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
     if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
         return []

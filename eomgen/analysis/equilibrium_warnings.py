@@ -77,13 +77,13 @@ class Places:
         return {name: (values[:, :4], values[:, 4:]) for name, values in found.items()}
 
 
-def rest_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
-    """Return what is to be said of a rest at the end of a path of configurations; nothing for a model without poses."""
+def equilibrium_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
+    """Return the warnings about an equilibrium at the end of a path of configurations; none for a model without poses."""
     if "poses" not in places.model.functions or len(path) < 2:
         return []
     poses = places.poses(np.array(path))
-    doubts = [*_springs(places, poses), *_tyres(places, poses, u)]
-    return doubts or _far(places, poses, places.length(path[0]))
+    notes = [*_springs(places, poses), *_tyres(places, poses, u)]
+    return notes or _far(places, poses, places.length(path[0]))
 
 
 def _positions(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
@@ -102,13 +102,13 @@ def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[s
     moved: list[str] = []
     for spring in places.model.description.drawing.lines:
         (first, start), (second, end) = points[spring.first], points[spring.second]
-        seen = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
-        apart = float(np.linalg.norm(seen[0][0]))
-        way = min(float(np.linalg.norm(line[-1] - line[0])) for line in seen)
-        if all(_passed_one_another(line) for line in seen):
+        in_bodies = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
+        apart = float(np.linalg.norm(in_bodies[0][0]))
+        travel = min(float(np.linalg.norm(vectors[-1] - vectors[0])) for vectors in in_bodies)
+        if all(_passed_one_another(vectors) for vectors in in_bodies):
             passed.append(spring.name)
-        elif way > apart > 0.0:
-            moved.append(f"{spring.name} ({way:.4g} m, {apart:.4g} m apart)")
+        elif travel > apart > 0.0:
+            moved.append(f"{spring.name} ({travel:.4g} m, {apart:.4g} m apart)")
     notes = []
     if passed:
         notes.append(f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}")
@@ -121,14 +121,14 @@ def _few(items: Sequence[str]) -> str:
     return ", ".join(items[:_LISTED]) + (f" and {len(items) - _LISTED} more" if len(items) > _LISTED else "")
 
 
-def _passed_one_another(line: Array) -> bool:
+def _passed_one_another(vectors: Array) -> bool:
     """Return whether a spring, from end to end (rows, 3) along the path, has turned round by way of next to no length."""
-    before, way = line[:-1], np.diff(line, axis=0)
+    before, way = vectors[:-1], np.diff(vectors, axis=0)
     square = np.sum(way * way, axis=1)
     share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     shortest = float(np.min(np.linalg.norm(before + share[:, np.newaxis] * way, axis=1)))
-    ends = min(float(np.linalg.norm(line[0])), float(np.linalg.norm(line[-1])))
-    return bool(line[0] @ line[-1] < 0.0 and shortest < _PASSED * ends)
+    ends = min(float(np.linalg.norm(vectors[0])), float(np.linalg.norm(vectors[-1])))
+    return bool(vectors[0] @ vectors[-1] < 0.0 and shortest < _PASSED * ends)
 
 
 def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
@@ -139,9 +139,9 @@ def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) 
     if not tyres:
         return []
     points = _positions(places, poses)
-    said = dict(zip(model.inputs, model.input_values(places.t, parameters=places.p).tolist(), strict=True))
+    of_scene = dict(zip(model.inputs, model.input_values(places.t, parameters=places.p).tolist(), strict=True))
     given: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
-    inputs = said | {name: float(np.asarray(value)) for name, value in given.items()}
+    inputs = of_scene | {name: float(np.asarray(value)) for name, value in given.items()}
     inputs |= {} if u is None or isinstance(u, Mapping) else dict(zip(model.inputs, np.ravel(u).tolist(), strict=True))
     for tyre in tyres:
         center = points[tyre.center][1]

@@ -33,7 +33,7 @@ MET = 1e-6
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 
 
-class Rest(Protocol):
+class EquilibriumState(Protocol):
     """A state that ``model.equilibrium`` or ``model.steady_motion`` found."""
 
     @property
@@ -65,7 +65,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Setting:
+class OperatingPoint:
     """What holds besides the state: time, parameters, inputs, and a base that is not where the scene has it."""
 
     t: float
@@ -81,7 +81,7 @@ class Setting:
 
 def linearize(
     model: CompiledModel, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
-    base: ArrayLike | None = None, at: str | Rest | None = None, initial: Mapping[str, Any] | None = None,
+    base: ArrayLike | None = None, at: str | EquilibriumState | None = None, initial: Mapping[str, Any] | None = None,
     any_kind: bool = False, independent: Sequence[str] = (),
 ) -> Linearization:  # fmt: skip
     """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
@@ -89,20 +89,20 @@ def linearize(
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
     able = model.having(PURPOSES["linearization"])
-    setting = Setting(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
-    said = sorted(name for name, value in given.items() if value is not None)
-    if said:
-        if "q" not in said:
-            raise UsageError(Problem("linearize", f"{', '.join(said)} need the q of their state", "q=..., or initial=..."))
+    operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
+    specified = sorted(name for name, value in given.items() if value is not None)
+    if specified:
+        if "q" not in specified:
+            raise UsageError(Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=..."))
         if at is not None or initial is not None:
             raise UsageError(Problem("linearize", "the state is given by q as well as by at or initial", "one of them"))
         state = _given_state(able, given)
-        _check_constraints(able, state, setting)
+        _check_constraints(able, state, operating_point)
     elif at is None or isinstance(at, str):
-        state, setting = _found_state(able, at, initial, setting, any_kind=any_kind)
+        state, operating_point = _found_state(able, at, initial, operating_point, any_kind=any_kind)
     else:
-        state, setting = _resting("steady motion" if np.any(at.v) else "equilibrium", at, setting)
-    return about(able, state, setting, independent)
+        state, operating_point = _state_found("steady motion" if np.any(at.v) else "equilibrium", at, operating_point)
+    return about(able, state, operating_point, independent)
 
 
 def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
@@ -112,10 +112,10 @@ def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Arra
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
         q, v = consistent.q, consistent.v
-    return about(able, State("motion", q, v, state.z), Setting(t, p, u, None))
+    return about(able, State("motion", q, v, state.z), OperatingPoint(t, p, u, None))
 
 
-def about(model: CompiledModel, state: State, setting: Setting, independent: Sequence[str] = ()) -> Linearization:
+def about(model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()) -> Linearization:
     """Return the linear model about a state of a model that has all terms that are needed.
 
     Raises
@@ -125,14 +125,14 @@ def about(model: CompiledModel, state: State, setting: Setting, independent: Seq
     ModelError, NumericalError
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
-    a, lam = _dynamics(model, state, setting)
-    measures, names = _measures(model, state, a, setting, independent)
+    a, lam = _dynamics(model, state, operating_point)
+    measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"  # where nothing else acts
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
     for term in (whole, *(term for term in terms if term in model.functions)):
-        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **setting.given)
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     if bad:
@@ -145,17 +145,17 @@ def about(model: CompiledModel, state: State, setting: Setting, independent: Seq
     if held:
         what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
         raise UsageError(Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves"))
-    u = _inputs(model, setting)
-    reference = Reference(setting.t, state.q, state.v, a, state.z, u, lam, state.what)
+    u = _inputs(model, operating_point)
+    reference = Reference(operating_point.t, state.q, state.v, a, state.z, u, lam, state.what)
     return Linearization(reference, partials, free, names)
 
 
-def _dynamics(model: CompiledModel, state: State, setting: Setting) -> tuple[Array, Array]:
+def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: those given, or those of the motion through it."""
-    given = setting.given | {"z": state.z}
+    given = operating_point.given | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.what != "given state":
-            _check_mass(model, state, setting)
+            _check_mass(model, state, operating_point)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
         lam = np.zeros(0)
     elif state.a is None:
@@ -170,15 +170,15 @@ def _dynamics(model: CompiledModel, state: State, setting: Setting) -> tuple[Arr
     elif model.multipliers and state.a is not None:
         rest = np.zeros(len(model.multipliers))
         (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
-        (B,) = model.evaluate("constraint_jacobian", state.q, **setting.given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **operating_point.given).values()
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
     return a, lam
 
 
-def _check_mass(model: CompiledModel, state: State, setting: Setting) -> None:
+def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
     """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the component."""
-    M = model.mass(state.q, parameters=setting.parameters)
+    M = model.mass(state.q, parameters=operating_point.parameters)
     sizes = np.sqrt(np.abs(np.diagonal(M)))
     sizes[sizes == 0.0] = 1.0
     if not np.all(np.isfinite(M)):
@@ -188,7 +188,7 @@ def _check_mass(model: CompiledModel, state: State, setting: Setting) -> None:
         return
     along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
     how = "singular" if values[0] == 0.0 else "not positive definite"
-    used = ", ".join(f"{name} = {value:.6g}" for name, value in zip(model.parameters, setting.parameters, strict=True))
+    used = ", ".join(f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True))
     what = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
     raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
 
@@ -212,12 +212,12 @@ def _given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
     return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
 
-def _check_constraints(model: CompiledModel, state: State, setting: Setting) -> None:
+def _check_constraints(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
     """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
-    model.check_left_out(state.q, state.v, setting.t, setting.parameters)
+    model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
     if not model.multipliers:
         return
-    given = setting.given
+    given = operating_point.given
     at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
     rows = [("rate", model.multipliers, at_velocity)]
     if model.functions.sizes["holonomic"]:
@@ -236,59 +236,60 @@ def _check_constraints(model: CompiledModel, state: State, setting: Setting) -> 
 
 
 def _found_state(
-    model: CompiledModel, at: str | None, initial: Mapping[str, Any] | None, setting: Setting, *, any_kind: bool
-) -> tuple[State, Setting]:
+    model: CompiledModel, at: str | None, initial: Mapping[str, Any] | None, operating_point: OperatingPoint, *, any_kind: bool
+) -> tuple[State, OperatingPoint]:
     """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
         raise UsageError(Problem("linearize", f"at = {at!r} says nothing", hint))
-    where = (initial, setting.parameters, setting.t, setting.u)
-    turning = at is None and setting.base is None and _base_moves(model, setting)
+    where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
+    turning = at is None and operating_point.base is None and _base_moves(model, operating_point)
     if at == "steady" or turning:
         try:
-            return _resting("steady motion", steady_motion(model, _at_rest(model) if turning else None, None, *where), setting)
+            given = _zero_velocities(model) if turning else None
+            return _state_found("steady motion", steady_motion(model, given, None, *where), operating_point)
         except NumericalError:
             if at == "steady":
                 raise
     if at in (None, "equilibrium"):
         try:
             found = equilibrium(model, *where, any_kind=any_kind)
-            if doubts := found.doubts(any_kind=any_kind):
-                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(doubts)}"
+            if cautions := found.warnings(any_kind=any_kind):
+                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
                 warnings.warn(what, RuntimeWarning, stacklevel=5)
-            return _resting("equilibrium", found, setting)
+            return _state_found("equilibrium", found, operating_point)
         except (NumericalError, ModelError):
             if at == "equilibrium":
                 raise
-    start = initial_state(model, initial, setting.parameters)
+    start = initial_state(model, initial, operating_point.parameters)
     q, v = start.q, start.v
     if model.multipliers:
-        consistent = model.consistent(q, v, setting.t, parameters=setting.parameters)
+        consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
         q, v = consistent.q, consistent.v
-    return State("initial state", q, v, start.z), setting
+    return State("initial state", q, v, start.z), operating_point
 
 
-def _resting(what: str, found: Rest, setting: Setting) -> tuple[State, Setting]:
+def _state_found(what: str, found: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
     """Return a state that was found, and the base as it was then; warn where its velocities turn."""
     if np.any(found.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
         warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
     state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
-    return state, replace(setting, t=found.t, base=found.base if setting.base is None else setting.base)
+    return state, replace(operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base)
 
 
-def _base_moves(model: CompiledModel, setting: Setting) -> bool:
-    return "base" in model.functions and bool(np.any(model.base(setting.t, parameters=setting.parameters)[7:]))
+def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
+    return "base" in model.functions and bool(np.any(model.base(operating_point.t, parameters=operating_point.parameters)[7:]))
 
 
-def _at_rest(model: CompiledModel) -> dict[str, float]:
+def _zero_velocities(model: CompiledModel) -> dict[str, float]:
     """Return velocities of zero against the base, for all components."""
     return dict.fromkeys(model.v_names, 0.0)
 
 
 def _measures(
-    model: CompiledModel, state: State, a: Array, setting: Setting, independent: Sequence[str]
+    model: CompiledModel, state: State, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
 ) -> tuple[Measures, Names]:
     """Return what neighbouring motions are measured by, and all names.
 
@@ -305,7 +306,7 @@ def _measures(
     names = _names(model, components, measured)
     if not by_joints:
         return Measures.components(model.factors, state.v, a), names
-    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **setting.given)
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **operating_point.given)
     of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
     shape = (len(measured), model.nv)
     partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}
@@ -322,6 +323,6 @@ def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[s
     )
 
 
-def _inputs(model: CompiledModel, setting: Setting) -> Array:
-    values = {"t": np.asarray(setting.t), "p": setting.parameters}
-    return model.evaluator.inputs(setting.u, values)
+def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:
+    values = {"t": np.asarray(operating_point.t), "p": operating_point.parameters}
+    return model.evaluator.inputs(operating_point.u, values)

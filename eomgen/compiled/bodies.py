@@ -63,8 +63,8 @@ class Bodies:
         if a is None:
             return PointMotion(position, velocity)
         rate = self._of(body, "accelerations", v=v, a=a, **given)
-        bend = np.cross(rate[..., :3], r) + np.cross(omega, np.cross(omega, r))
-        return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + bend))
+        relative = np.cross(rate[..., :3], r) + np.cross(omega, np.cross(omega, r))
+        return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + relative))
 
     def body_jacobian(self, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
         """Return the Jacobian of a body's frame in body axes, angular first, (..., 6, nv).

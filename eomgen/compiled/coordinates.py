@@ -30,11 +30,11 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
 
 def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> tuple[list[str], list[str]]:
     """Return the SI units of all components of q and of v; ``coordinates`` say those of group R."""
-    said = {item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates}
+    described = {item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates}
     q_units: list[str] = []
     v_units: list[str] = []
     for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
-        q, v = _UNITS.get(factor.group) or said.get(factor.name, (("",) * factor.q_size, ("",) * factor.v_size))
+        q, v = _UNITS.get(factor.group) or described.get(factor.name, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q
         v_units += v
     return q_units, v_units

@@ -101,6 +101,6 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
 def _listed(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
     """Return the tunable parameters that a requirement depends on, with their values."""
     mentioned = {symbol.name for formula in item.formulas for symbol in symbols(formula) if symbol.kind == "parameter"}
-    said = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]
-    more = f" and {len(said) - _LISTED} more" if len(said) > _LISTED else ""
-    return ", ".join(said[:_LISTED]) + more
+    specified = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]
+    more = f" and {len(specified) - _LISTED} more" if len(specified) > _LISTED else ""
+    return ", ".join(specified[:_LISTED]) + more

@@ -196,8 +196,8 @@ class Terms:
         """Return inputs as (..., nu); those that are not given are what ``formula_inputs`` says."""
         if u is not None and not isinstance(u, Mapping):
             return components("u", u, len(self.input_names))
-        said = self.formula_inputs(values)
-        return said if u is None else by_name("input", u, self.input_names, said)
+        of_scene = self.formula_inputs(values)
+        return of_scene if u is None else by_name("input", u, self.input_names, of_scene)
 
 
 #: Blocks of time derivatives.
@@ -244,9 +244,9 @@ def _of_inputs(
     terms: Terms, term: str, blocks: list[str], given: Mapping[str, Any], values: Mapping[str, Array]
 ) -> dict[str, Array]:
     """Return derivatives of inputs: given, the scene's own, or zero for inputs that the caller gives."""
-    said: dict[str, Array] = {}
+    of_scene: dict[str, Array] = {}
     if "input_rates" in terms.functions:
-        said = dict(zip(terms.functions.output_names("input_rates"), terms.functions("input_rates", values), strict=True))
+        of_scene = dict(zip(terms.functions.output_names("input_rates"), terms.functions("input_rates", values), strict=True))
     driven = given.get("u")
     names = terms.input_names
     by_caller = np.array([driven is not None and (not isinstance(driven, Mapping) or name in driven) for name in names], bool)
@@ -254,7 +254,7 @@ def _of_inputs(
     for block in ("u_dot", "u_ddot"):
         if block not in blocks:
             continue
-        default = np.where(by_caller, 0.0, said[block]) if block in said else np.zeros(len(names))
+        default = np.where(by_caller, 0.0, of_scene[block]) if block in of_scene else np.zeros(len(names))
         rates = given.get(block)
         if rates is None:
             found[block] = default
@@ -266,9 +266,9 @@ def _of_inputs(
         if given.get("u_higher") is not None:
             found["u_higher"] = _rows(terms, term, "u_higher", given["u_higher"])
         else:
-            rows = np.where(by_caller, 0.0, said["u_higher"]) if said else np.zeros((1, len(names)))
+            rows = np.where(by_caller, 0.0, of_scene["u_higher"]) if of_scene else np.zeros((1, len(names)))
             size = terms.functions.sizes["u_higher"]
-            found["u_higher"] = rows.reshape(*rows.shape[:-2], -1) if said else np.zeros(size)
+            found["u_higher"] = rows.reshape(*rows.shape[:-2], -1) if of_scene else np.zeros(size)
     return found
 
 

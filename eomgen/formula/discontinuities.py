@@ -67,7 +67,7 @@ def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Ite
 
 
 @dataclass(frozen=True)
-class Corner:
+class Breakpoint:
     """A time at which something is not smooth: from ``time`` on every ``period`` where that is not 0.
 
     ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times the
@@ -80,7 +80,7 @@ class Corner:
     blur: float
 
 
-def corners(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Corner]:
+def breakpoints(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Breakpoint]:
     """Yield the corners of a formula, those of curves and comparisons whose arguments are linear in time.
 
     Parameters
@@ -94,22 +94,23 @@ def corners(formula: Formula, value_of: Callable[[Symbol], float | None], deriva
             a, b = linear
             for place, order in formula.curve.kinks():
                 period = getattr(formula.curve, "period", 0.0) / abs(a)
-                yield Corner((place - b) / a, period, order - formula.derivative - derivatives, (abs(place) + abs(b)) / abs(a))
-        yield from corners(formula.argument, value_of, derivatives)
+                lowest, blur = order - formula.derivative - derivatives, (abs(place) + abs(b)) / abs(a)
+                yield Breakpoint((place - b) / a, period, lowest, blur)
+        yield from breakpoints(formula.argument, value_of, derivatives)
     elif isinstance(formula, Operation):
-        if formula.name in _CORNERS:
+        if formula.name in _NON_SMOOTH:
             pair = [affine(argument, value_of) for argument in (*formula.arguments, Number(0.0))[:2]]
-            yield from _crossing(pair, _CORNERS[formula.name] - derivatives)
+            yield from _crossing(pair, _NON_SMOOTH[formula.name] - derivatives)
         for argument in formula.arguments:
-            yield from corners(argument, value_of, derivatives)
+            yield from breakpoints(argument, value_of, derivatives)
 
 
 #: Functions that are not smooth where their argument is 0, or their two arguments are equal, and what jumps there.
-_CORNERS = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
+_NON_SMOOTH = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
 
 
-def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Corner]:
+def _crossing(pair: Sequence[tuple[float, float] | None], order: int) -> Iterator[Breakpoint]:
     first, second = pair
     if first is not None and second is not None and first[0] != second[0]:
         slope = first[0] - second[0]
-        yield Corner((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))
+        yield Breakpoint((second[1] - first[1]) / slope, 0.0, order, (abs(first[1]) + abs(second[1])) / abs(slope))

@@ -16,7 +16,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem
-from eomgen.formula.discontinuities import corners
+from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.prescribed_motion import Law, smooth
@@ -41,7 +41,7 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 #: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and refused.
-SAID, REFUSED = 0.01, 0.05
+REPORTED, REFUSED = 0.01, 0.05
 #: How many steps a law is measured over at least: in a few, everything is straight or steep.
 _LEAST_STEPS = 256
 #: What is left out of a law at steps that resolve it.
@@ -101,10 +101,10 @@ def first_jump(formula: Formula, values: tuple[tuple[str, float], ...], start: f
     known = dict(values)
     law = _evaluated(formula, known)
     beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
-    for corner in corners(formula, lambda symbol: known.get(symbol.name)):
-        first = np.ceil((start - corner.time) / corner.period) if corner.period else 0.0
-        places = corner.time + corner.period * (first + np.arange(_PERIODS if corner.period else 1))
-        margin = 64.0 * _EPSILON * np.maximum(np.abs(places), corner.blur)
+    for point in breakpoints(formula, lambda symbol: known.get(symbol.name)):
+        first = np.ceil((start - point.time) / point.period) if point.period else 0.0
+        places = point.time + point.period * (first + np.arange(_PERIODS if point.period else 1))
+        margin = 64.0 * _EPSILON * np.maximum(np.abs(places), point.blur)
         beside += [places - margin, places, places + margin]
     known_times = np.unique(np.concatenate(beside))
     known_times = known_times[(known_times >= start) & (known_times <= end)]
@@ -129,7 +129,7 @@ def steep(
     start, end, step : float
         Of the run, s.
     """
-    refused, said = [], []
+    refused, reported = [], []
     for law in laws:
         names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
         known = tuple((name, values[name]) for name in names)
@@ -142,8 +142,8 @@ def steep(
         if found.part > REFUSED:
             refused.append(Problem(law.where, what, hint))
         else:
-            said.append(f"{law.where}: {what}; try: {hint}")
-    return refused, said
+            reported.append(f"{law.where}: {what}; try: {hint}")
+    return refused, reported
 
 
 @functools.lru_cache(maxsize=256)
@@ -182,11 +182,11 @@ def steepest(
     low, width = times[:-1], (end - start) / (_GRID - 1)
     while width > step:
         middle = low + 0.5 * width
-        bend = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
-        bent = np.flatnonzero(bend > _RESOLVED * size)
-        low, middle = low[bent], middle[bent]
-        if len(bent) > _INTERVALS:
-            most = np.sort(np.argsort(bend[bent])[-_INTERVALS:])
+        deviation = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
+        curved = np.flatnonzero(deviation > _RESOLVED * size)
+        low, middle = low[curved], middle[curved]
+        if len(curved) > _INTERVALS:
+            most = np.sort(np.argsort(deviation[curved])[-_INTERVALS:])
             low, middle = low[most], middle[most]
         low, width = np.stack([low, middle], 1).ravel(), 0.5 * width
         if not len(low):
@@ -194,7 +194,7 @@ def steepest(
     middle = np.unique(np.add.outer(low + 0.5 * width, step * np.arange(-0.5, 0.75, 0.25)).ravel())
     lost = missed(middle, step)
     worst = int(np.argmax(lost))
-    if not lost[worst] > SAID * size:
+    if not lost[worst] > REPORTED * size:
         return None
     place, enough = middle[worst], step
     for _ in range(_HALVINGS):
@@ -235,12 +235,12 @@ def _lasting_change(
         middle = 0.5 * (low + high)
         between = law(middle)[order]
         with np.errstate(invalid="ignore"):
-            bend = np.abs(between - 0.5 * (at_low + at_high))
-            bent = np.flatnonzero(bend > 0.25 * least)
-        if len(bent) > _INTERVALS:  # beside an infinity
-            bent = np.sort(bent[np.argsort(bend[bent])[-_INTERVALS:]])
-        low, middle, high = low[bent], middle[bent], high[bent]
-        at_low, between, at_high = at_low[bent], between[bent], at_high[bent]
+            deviation = np.abs(between - 0.5 * (at_low + at_high))
+            curved = np.flatnonzero(deviation > 0.25 * least)
+        if len(curved) > _INTERVALS:  # beside an infinity
+            curved = np.sort(curved[np.argsort(deviation[curved])[-_INTERVALS:]])
+        low, middle, high = low[curved], middle[curved], high[curved]
+        at_low, between, at_high = at_low[curved], between[curved], at_high[curved]
         if not len(low) or np.all(high - low <= narrowest):
             break
         low, high = np.stack([low, middle], 1).ravel(), np.stack([middle, high], 1).ravel()

@@ -140,9 +140,10 @@ class Curve:
         scale = np.max(np.abs(self.y)) or 1.0
         steepest = np.max(np.abs(slope), initial=0.0)
         jumps = np.abs(right[0] - left[0]) > 1e-12 * scale
-        bends = np.abs(right[1] - left[1]) > 1e-12 * steepest
+        slope_jumps = np.abs(right[1] - left[1]) > 1e-12 * steepest
         return [
-            (float(place), 0 if jump else 1) for place, jump, bend in zip(places, jumps, bends, strict=True) if jump or bend
+            (float(place), 0 if jump else 1)
+            for place, jump, kink in zip(places, jumps, slope_jumps, strict=True) if jump or kink
         ]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.formula.discontinuities import Corner, corners, reaches
+from eomgen.formula.discontinuities import Breakpoint, breakpoints, reaches
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.describe import formulas_of_forces
 from eomgen.scene.scene import Scene
@@ -16,15 +16,15 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
     def value_of(symbol: Symbol) -> float | None:
         return fixed.get(symbol.name)
 
-    found: dict[tuple[float, float], Corner] = {}
+    found: dict[tuple[float, float], Breakpoint] = {}
     of_inputs = [(item.formula, 0) for item in scene.inputs if item.formula is not None]
     for formula, derivatives in (*of_inputs, *formulas_of_forces(scene)):
-        for corner in corners(formula, value_of, derivatives):
-            other = found.get((corner.time, corner.period))
-            if other is None or corner.order < other.order:
-                found[corner.time, corner.period] = corner
-    ordered = sorted(found.values(), key=lambda corner: (corner.period, corner.time))
-    return tuple(Discontinuity(corner.time, corner.period, max(corner.order, 0), corner.blur) for corner in ordered)
+        for point in breakpoints(formula, value_of, derivatives):
+            other = found.get((point.time, point.period))
+            if other is None or point.order < other.order:
+                found[point.time, point.period] = point
+    ordered = sorted(found.values(), key=lambda point: (point.period, point.time))
+    return tuple(Discontinuity(point.time, point.period, max(point.order, 0), point.blur) for point in ordered)
 
 
 def validity(scene: Scene) -> tuple[Validity, ...]:

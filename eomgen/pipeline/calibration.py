@@ -36,7 +36,7 @@ _DIGITS = 12
 #: Feedback that signals cannot give, as a share of all of it, above which they are said to miss something.
 _MISSING = 1e-8
 #: Accelerations, m/s^2 or rad/s^2, above which an initial state is not in balance.
-_AT_REST = 1e-6
+_BALANCED = 1e-6
 
 
 def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
@@ -142,7 +142,7 @@ def _one(
     space = linear.state_space()
     size = 2 * plant.n
     C, D = space.C[:, :size], space.D[:, columns]
-    G, said = _feedback(plant, opened, item, calibration, C, D)
+    G, description = _feedback(plant, opened, item, calibration, C, D)
     rows = opened.rows[f"{item.name}.signals"]
     of_signals = _by_signals(plant, item, G, C[rows], D[rows])
     found = {
@@ -156,15 +156,15 @@ def _one(
         outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base)
         signals = next(iter(outputs.values()))[rows]
         found |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
-    doubts = [] if rest is None else rest.doubts(any_kind=True)
-    what = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {said}"
-    return found, "; ".join((what, *doubts))
+    cautions = [] if rest is None else rest.warnings(any_kind=True)
+    what = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
+    return found, "; ".join((what, *cautions))
 
 
 def _check_reference(linear: Linearization) -> None:
     """Raise ModelError where the linear model is none of second order about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
-    if acceleration > _AT_REST:
+    if acceleration > _BALANCED:
         what = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
         raise ModelError(what, 'at = "equilibrium", or an initial state of rest or of steady motion')
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
@@ -196,14 +196,14 @@ def _feedback(
         wanted, ratios = calibration.frequencies[: len(known)] or w, _each(calibration.damping_ratios, len(known))
         g, h = placed_modal_gains(w, c, wanted, ratios)
     modal = modal_feedback(plant, modes, chosen, _each(tuple(g), len(chosen)), _each(tuple(h), len(chosen)))
-    said = f"modes {', '.join(str(k + 1) for k in modal.controlled)}, spillover {modal.spillover:.2g}"
-    said += f", crosstalk {modal.crosstalk:.2g}" if modal.crosstalk else ""
+    description = f"modes {', '.join(str(k + 1) for k in modal.controlled)}, spillover {modal.spillover:.2g}"
+    description += f", crosstalk {modal.crosstalk:.2g}" if modal.crosstalk else ""
     missed = ""
     if calibration.method == "pole_placement":
         check_reach(item.name, plant, modal)
         missed = not_reached(modal, wanted, ratios)
     G = np.hstack([modal.G_p, modal.G_v])
-    return G, f"{said}; {missed}{slowest_motion(plant, G)}"
+    return G, f"{description}; {missed}{slowest_motion(plant, G)}"
 
 
 def _each(numbers: Sequence[float], count: int) -> Array:

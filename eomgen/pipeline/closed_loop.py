@@ -44,11 +44,11 @@ def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
 
 def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     """Return what modes get in place of the frequencies (rad/s) and damping ratios wanted; empty where all get theirs."""
-    said = []
+    differences = []
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
         found = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
         if abs(found - pole) > _OFF * w:
             got = f"{abs(found):.4g} rad/s with a damping ratio of {-found.real / abs(found):.3g}"
-            said.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
-    return f"damping couples the modes: {', '.join(said)}; " if said else ""
+            differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
+    return f"damping couples the modes: {', '.join(differences)}; " if differences else ""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _LISTED = 12
 
 
-def settled(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
+def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
     """Return a Program that starts where ``simulate`` does at the scene's own parameters, and says so.
 
     Where no equilibrium can be found it starts as the joints say, and a RuntimeWarning as well as its README say that.
@@ -39,21 +39,21 @@ def settled(program: Program, build: Callable[[Sequence[str]], Model]) -> Progra
     except EomgenError as error:
         problem = error.problems[0]
         reason = f"{problem.where}: {problem.what}" if problem.where else problem.what
-        said = (
+        start = (
             "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at the "
             f"initial state of the joints. The reason: {reason}"
         )
-        warnings.warn(f"{program.prefix}: {said}", RuntimeWarning, stacklevel=3)
-        return replace(program, start=f"{said}.")
+        warnings.warn(f"{program.prefix}: {start}", RuntimeWarning, stacklevel=3)
+        return replace(program, start=f"{start}.")
     left = f"below 1e{math.ceil(math.log10(found.acceleration))}" if found.acceleration else "zero"
-    said = f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
-    said += f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the joints."
-    for doubt in found.message.split("; ")[1:]:
-        said += f" Note: {doubt}."
+    start = f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
+    start += f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the joints."
+    for note in found.message.split("; ")[1:]:
+        start += f" Note: {note}."
     if program.parameters or program.inputs:
-        said += " Other values have their equilibrium elsewhere, and the C does not look for it."
+        start += " Other values have their equilibrium elsewhere, and the C does not look for it."
     state = [tuple(map(float, values)) for values in (q, v, found.z)]
-    return replace(program, start=said, initial_q=state[0], initial_v=state[1], initial_z=state[2])
+    return replace(program, start=start, initial_q=state[0], initial_v=state[1], initial_z=state[2])
 
 
 def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:

@@ -35,7 +35,7 @@ NEEDED = PURPOSES["initial_assembly"]
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
-def ready(
+def with_initial_assembly(
     derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None,
     coordinates: Iterable[Coordinates] = (),
 ) -> System:  # fmt: skip

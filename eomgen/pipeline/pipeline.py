@@ -130,9 +130,9 @@ def generate(
     document, front_end = as_document(scene)
     program = _program(document, front_end, terms, method, chosen)[0]
     if program.defaults["start"] == "equilibrium":
-        from eomgen.pipeline.equilibrium_start import settled  # noqa: PLC0415
+        from eomgen.pipeline.equilibrium_start import with_equilibrium_start  # noqa: PLC0415
 
-        program = settled(program, partial(_reproducible, document))
+        program = with_equilibrium_start(program, partial(_reproducible, document))
     files = chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.pipeline.initial_assembly import ready  # noqa: PLC0415
+    from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
     if not scene.constraints and scene.coordinates != "absolute":
         return mechanics.derive(scene, terms)
-    return ready(partial(mechanics.derive, scene), terms, describe(scene).coordinates)
+    return with_initial_assembly(partial(mechanics.derive, scene), terms, describe(scene).coordinates)
 
 
 def _prepared(scene: Scene, build: Build) -> Scene:

@@ -47,10 +47,10 @@ def load(
     source = source_of(path)
     if source is None:
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
-    told = checked_options(source, options)
+    specified = checked_options(source, options)
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
-    found = source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **told)
+    found = source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **specified)
     return _from_read(found, shown_file(path), coordinates, path.parent)
 
 

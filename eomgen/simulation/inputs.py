@@ -70,9 +70,9 @@ def jumps_known(library: Library) -> bool:
 
     Because it knows where they jump, or expands them in series.
     """
-    said = any(function["name"] == "inputs" for function in library.layout["functions"])
+    by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]
-    return said and ("jumps" in method or method.get("inputs") != "sampled")
+    return by_formulas and ("jumps" in method or method.get("inputs") != "sampled")
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:

@@ -70,24 +70,24 @@ def resume(
     """
     file = Path(path)
     saved = Checkpoint.load(file)
-    said = saved.run
-    if said["scene"] != model.name:
+    saved_run = saved.run
+    if saved_run["scene"] != model.name:
         saved.check(file, model.name, model.library)
-    method = method_named(said["method"], **said["method_parameters"])
-    library = stepper_library(model, said["method"], method)
+    method = method_named(saved_run["method"], **saved_run["method_parameters"])
+    library = stepper_library(model, saved_run["method"], method)
     saved.check(file, model.name, library)
-    settings = _in_order(said["settings"], library.layout["method"])
-    p = model.parameter_array({name: said["parameters"][name] for name in model.parameters})
+    settings = _in_order(saved_run["settings"], library.layout["method"])
+    p = model.parameter_array({name: saved_run["parameters"][name] for name in model.parameters})
     _same_parameters(model, p, parameters)
-    start, step = float(said["t_start"]), settings["step"]
-    end = float(said["t_end"]) if t_end is None else number_of("t_end", t_end)
+    start, step = float(saved_run["t_start"]), settings["step"]
+    end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
     grid = time_grid(start, end, step, library.real)
     stepper = Stepper(library, settings, p)
     stepper.restore(saved.state, saved.workspace)
     if grid.whole < stepper.count:
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
         raise UsageError(Problem("t_end", what, "a later t_end"))
-    every = int(said["record_every"])
+    every = int(saved_run["record_every"])
     check_memory((grid.steps - stepper.count) // every + 2, stepper.sizes["row"])
     given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
     check_span(model, library, settings, p, given, grid)
@@ -95,8 +95,8 @@ def resume(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )
     run = Run(
-        model, said["method"], method, settings, p, signals, grid, every,
-        said.get("corrections", []), said.get("start", SCENE_START),
+        model, saved_run["method"], method, settings, p, signals, grid, every,
+        saved_run.get("corrections", []), saved_run.get("start", SCENE_START),
     )  # fmt: skip
     began = time.perf_counter()
     keeper = keeper_of(run, library, file if checkpoint is None else checkpoint, checkpoint_every)

@@ -69,7 +69,7 @@ class Run:
             if not callable(signal):
                 values[name] = np.asarray(signal, dtype=float)
         state, workspace = stepper.memory
-        said = {
+        run_data = {
             "scene": self.model.name,
             "method": self.name,
             "method_parameters": dict(self.method.keywords),
@@ -85,7 +85,7 @@ class Run:
             "build": library.digest,
         }
         start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
-        return Checkpoint(said, state, workspace, values, start)
+        return Checkpoint(run_data, state, workspace, values, start)
 
 
 def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: str) -> str:
@@ -118,14 +118,14 @@ def start_of(
     state, sentences = initial_state(model, initial, p), []
     if not initial and p.tolist() == list(model.parameters.values()):
         sentences = [note for note in model.notes if note.startswith(CORRECTED)]
-    doubts: list[str] = []
+    notes: list[str] = []
     if settled:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
         found = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
-        doubts = [f"the start at rest: {note}" for note in found.notes]
+        notes = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (settled or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
@@ -134,7 +134,7 @@ def start_of(
         sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
-    return state, sentences, doubts
+    return state, sentences, notes
 
 
 def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:

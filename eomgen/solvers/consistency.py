@@ -28,7 +28,7 @@ EPSILON = float(np.finfo(float).eps)
 ROUNDING, WORST_ROUNDING = 4.0, 1e4
 #: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more; what a guess
 #: was off by is told above the second.
-CONTRADICTION, TOLD = 1e-6, 1e-10
+CONTRADICTION, REPORTED = 1e-6, 1e-10
 #: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
 #: to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go first.
 REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-6, 1e-4, 1e-3
@@ -139,9 +139,9 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
-    violations = _named(system.names, first, TOLD * start.scale)
-    changed = _named(system.names, rates, TOLD * (rows.possible @ np.abs(guess)))
-    off = _named(system.names, system.constraint(q, t), TOLD * rows.scale)
+    violations = _named(system.names, first, REPORTED * start.scale)
+    changed = _named(system.names, rates, REPORTED * (rows.possible @ np.abs(guess)))
+    off = _named(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
     return Assembly(q, v, iterations, violations, changed, deviations, rows.machine)
 
@@ -254,7 +254,7 @@ class _Rows:
 
 def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
     """Return what the given rows are off by at a configuration, where that is more than rounding."""
-    violation, limits = system.constraint(q, t), TOLD * _Rows(system, q, t).scale
+    violation, limits = system.constraint(q, t), REPORTED * _Rows(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
 
@@ -404,7 +404,7 @@ def redundancy(
     bases: list[list[Array]] = [[] for _ in places]
 
     def rests(row: int) -> list[Array]:
-        return [_rest(place.weighed[row], basis) for place, basis in zip(places, bases, strict=True)]
+        return [_remainder(place.weighed[row], basis) for place, basis in zip(places, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
         """Return which part of a row is new, place by place, 0 where that is nothing."""
@@ -491,7 +491,7 @@ def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
     return found
 
 
-def _rest(row: Array, basis: Sequence[Array]) -> Array:
+def _remainder(row: Array, basis: Sequence[Array]) -> Array:
     """Return what of a row the basis does not span (Gram-Schmidt, twice for accuracy)."""
     if not basis:
         return row

@@ -34,7 +34,7 @@ _TINY = 1e-9
 _TRIALS = 40
 
 
-def settle(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
+def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
     """Return where the damped motion from q and z settles.
 
     Parameters

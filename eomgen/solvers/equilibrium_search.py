@@ -168,7 +168,7 @@ class Largest:
     force: float
     rates: Array
 
-    def see(self, point: Point) -> None:
+    def include(self, point: Point) -> None:
         self.force = max(self.force, point.force)
         self.rates = np.maximum(self.rates, np.abs(point.rates))
 
@@ -209,7 +209,7 @@ class Trail:
 
     def arrived(self) -> bool:
         """Return whether forces balance here, judged by the largest on the way."""
-        self._largest.see(self.point)
+        self._largest.include(self.point)
         return self._largest.balanced(self.point)
 
     def step(self, point: Point) -> None:

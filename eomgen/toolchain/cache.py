@@ -28,7 +28,7 @@ DEFAULT_LIMIT = 2_000_000_000
 #: Damaged entries, and failed builds, of which the newest are kept for whoever wants to know why.
 KEPT = 8
 #: Seconds after which a build that nobody holds is cleared away: a process needs a moment from making its folder to holding it.
-SETTLED = 60.0
+ABANDONED_AFTER = 60.0
 _META, _TEMPORARY = "entry.json", "tmp-"
 
 
@@ -98,7 +98,7 @@ class Cache:
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
         """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or alive."""
-        self._settle()
+        self._substitute_folder()
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
             claims.mkdir(exist_ok=True)
@@ -111,7 +111,7 @@ class Cache:
         The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of a
         full disk for one, becomes FileError, and what there was is removed.
         """
-        self._settle()
+        self._substitute_folder()
         private, held = None, None
         try:
             private = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=self.folder))
@@ -178,7 +178,7 @@ class Cache:
         """Return the bytes that all entries take."""
         return sum(_size(folder) for folder in self._entries())
 
-    def _settle(self) -> None:
+    def _substitute_folder(self) -> None:
         """Go to a temporary folder where the chosen one cannot be written, and say so, once."""
         if self.read_only is None or self.folder != self.read_only:
             return
@@ -213,7 +213,7 @@ class Cache:
     def _sweep(self) -> None:
         for folder in self.folder.glob(f"{_TEMPORARY}*"):
             with contextlib.suppress(OSError):
-                if time.time() - folder.stat().st_mtime > SETTLED and abandoned(folder):
+                if time.time() - folder.stat().st_mtime > ABANDONED_AFTER and abandoned(folder):
                     shutil.rmtree(folder, ignore_errors=True)
         for shelf in ("quarantine", "failed"):
             if (self.folder / shelf).is_dir():

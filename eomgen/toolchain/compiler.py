@@ -263,19 +263,19 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: _Running 
         ) from error
     except OSError as error:
         raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error
-    said = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
+    printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         what = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
         raise FileError(Problem(str(made.parent.parent), what, hint))
     if process.returncode == 0 and not made.is_file():
-        what = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{said}\n"
+        what = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n"
         raise ToolchainError(Problem(where, what, "another compiler with CC=..."))
     if process.returncode != 0:
         raise ToolchainError(
             Problem(
                 where,
-                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{said}\n",
+                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{printed}\n",
                 "eomgen doctor; if the compiler is sound, report this with the folder",
             )
         )

@@ -11,7 +11,7 @@ import pytest
 
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, ready
+from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.constraint_model import Constraint, Frame
 from eomgen.scene.joints.model import Joint
@@ -46,13 +46,13 @@ def four_bar(coordinates: str = "joint", rocker: float = ROCKER, tilt: float = 0
     return Scene("four_bar", bodies, joints, constraints=(loop,), coordinates=coordinates)  # type: ignore[arg-type]
 
 
-def made_ready(scene: Scene) -> System:
-    return ready(partial(derive, scene))
+def assembled(scene: Scene) -> System:
+    return with_initial_assembly(partial(derive, scene))
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str) -> None:
-    system = made_ready(four_bar(coordinates))
+    system = assembled(four_bar(coordinates))
     assert [name for name in system.multipliers if name.startswith("loop")] == [
         "loop: origins meet along x", "loop: origins meet along y",
     ]  # fmt: skip
@@ -67,7 +67,7 @@ def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_guess_is_corrected_and_the_note_says_by_how_much(coordinates: str) -> None:
-    system = made_ready(four_bar(coordinates))
+    system = assembled(four_bar(coordinates))
     q, v = np.array(system.initial_q), np.array(system.initial_v)
     equations = constrained(system)
     assert np.abs(equations.constraint(q, 0.0)).max() <= 1e-12
@@ -80,7 +80,7 @@ def test_a_guess_is_corrected_and_the_note_says_by_how_much(coordinates: str) ->
 
 
 def test_the_corrected_loop_closes_as_triangles_say() -> None:
-    q = made_ready(four_bar()).initial_q
+    q = assembled(four_bar()).initial_q
     first, second = q[0], q[0] + q[1]
     end = [CRANK * f(first) + COUPLER * f(second) for f in (math.cos, math.sin)]
     assert np.allclose(end, [GROUND + math.cos(q[2]) * ROCKER, math.sin(q[2]) * ROCKER], atol=1e-12)
@@ -92,7 +92,7 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
     shorter = replace(short, bodies=(short.bodies[0], bar("coupler", 0.1), short.bodies[2]))
     loop = replace(shorter.constraints[0], first=Frame("coupler", vector((0.1, 0, 0))))
     with pytest.raises(ModelError, match=r"positions of the constraints cannot be met together.*loop: origins meet") as caught:
-        made_ready(replace(shorter, constraints=(loop,)))
+        assembled(replace(shorter, constraints=(loop,)))
     assert "lengths and axes that fit" in str(caught.value)
 
 
@@ -100,7 +100,7 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
 @pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
 def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: str, tilt: float) -> None:
     """Seven digits are what a drawing has; taken at their word, the rows would lock the loop, or contradict each other."""
-    planar, tilted = made_ready(four_bar(coordinates)), made_ready(four_bar(coordinates, tilt=tilt))
+    planar, tilted = assembled(four_bar(coordinates)), assembled(four_bar(coordinates, tilt=tilt))
     assert tilted.multipliers == planar.multipliers
     np.testing.assert_allclose(tilted.initial_q, planar.initial_q, rtol=0, atol=tilt)
     np.testing.assert_allclose(tilted.initial_v, planar.initial_v, rtol=0, atol=10.0 * tilt)
@@ -112,4 +112,4 @@ def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: st
 
 def test_an_axis_out_of_the_plane_is_a_contradiction() -> None:
     with pytest.raises(ModelError, match="loop: z stays perpendicular to y"):
-        made_ready(four_bar(tilt=math.radians(5.0)))
+        assembled(four_bar(tilt=math.radians(5.0)))

@@ -43,8 +43,8 @@ def gate() -> eomgen.Scene:
 def rod() -> eomgen.Scene:
     """Return a damped beam that swings on a hinge, pulled along, with a mass at its end."""
     builder = eomgen.SceneBuilder("rod")
-    bends = {"shapes": "clamped_free", "modes": 2, "stiffness": 20.0, "stiffness_damping": 1e-3}
-    builder.beam("rod", length=1.2, mass_per_length=0.6, bending_y=bends)
+    non_smooth_entries = {"shapes": "clamped_free", "modes": 2, "stiffness": 20.0, "stiffness_damping": 1e-3}
+    builder.beam("rod", length=1.2, mass_per_length=0.6, bending_y=non_smooth_entries)
     builder.body("tip", 0.3, inertia=[0.01, 0.01, 0.01])
     builder.joint("hinge", "revolute", "base", "rod", axis=[0, 0, 1], initial={"position": 0.4, "velocity": 3.0})
     builder.joint("end", "fixed", "rod", "tip", position=[1.2, 0, 0])

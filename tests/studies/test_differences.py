@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.studies.verification.claims.claim import Form, column
+from eomgen.studies.verification.claims.claim import Claim, column
 from eomgen.studies.verification.differences import LADDER, complex_steps, differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 from eomgen.system.description import Factor
@@ -23,11 +23,11 @@ def states(count: int, rng: np.random.Generator) -> dict[str, Array]:
     return {"q": q, "v": rng.normal(size=(count, 4))}
 
 
-def form_of(block: str, size: int) -> Form:
+def form_of(block: str, size: int) -> Claim:
     def source(engine: Engine, state: Blocks) -> Array:
         return engine("f", state)["y"]
 
-    return Form("f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)})
+    return Claim("f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)})
 
 
 def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import ready
+from eomgen.pipeline.initial_assembly import with_initial_assembly
 from eomgen.pipeline.pipeline import load
 from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
 
@@ -23,7 +23,8 @@ EPSILON = float(np.finfo(float).eps)
 
 @pytest.mark.parametrize("formulation", ["se3", "r3xso3"])
 def test_those_of_a_spinning_top_are_rounding(formulation: str, rng: np.random.Generator) -> None:
-    system = ready(partial(derive, load(EXAMPLES / "heavy_top" / f"{formulation}.toml")), ("mass", "joint_velocities"))
+    scene = load(EXAMPLES / "heavy_top" / f"{formulation}.toml")
+    system = with_initial_assembly(partial(derive, scene), ("mass", "joint_velocities"))
     entries = {block.name: block.refs for block in system.functions["joint_velocities"].outputs}
     with mpmath.workdps(50):
         orientation = [mpmath.mpf(x) for x in rng.standard_normal(4).tolist()]

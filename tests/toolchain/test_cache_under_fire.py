@@ -18,7 +18,7 @@ from eomgen.errors import FileError, ToolchainError
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain import locks as claims_module
 from eomgen.toolchain.builder import Builder
-from eomgen.toolchain.cache import KEPT, SETTLED, Cache
+from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
 from eomgen.toolchain.locks import hold
 from tests.toolchain.fire import (
@@ -81,7 +81,7 @@ def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
     assert first == end(building(scene, cache))
     left = left_in(cache)
     assert left["claims"] == [] and left["failed"] == [] and left["quarantine"] == []
-    long_ago = time.time() - 2 * SETTLED
+    long_ago = time.time() - 2 * ABANDONED_AFTER
     for name in left["tmp"]:  # what was being built when the kill came: cleared away by a later build, after a while
         os.utime(cache / name, (long_ago, long_ago))
     Cache(cache).put("another", lambda folder: None)
@@ -118,7 +118,7 @@ def test_without_locks_everybody_builds_for_himself(tmp_path: Path, monkeypatch:
 
 def test_only_builds_that_nobody_holds_are_cleared_away(tmp_path: Path) -> None:
     cache = Cache(tmp_path)
-    ages = {"tmp-held": 2 * SETTLED, "tmp-young": 0.0, "tmp-left": 2 * SETTLED}
+    ages = {"tmp-held": 2 * ABANDONED_AFTER, "tmp-young": 0.0, "tmp-left": 2 * ABANDONED_AFTER}
     for name, age in ages.items():
         (tmp_path / name).mkdir()
         os.utime(tmp_path / name, (time.time() - age,) * 2)

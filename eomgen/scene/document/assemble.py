@@ -73,11 +73,11 @@ def assemble(
     result = assembler.fields()
     report.raise_problems()
     curves = result["curves"]
-    settled = result["simulation"].start == "equilibrium"
+    equilibrium_start = result["simulation"].start == "equilibrium"
     outside = [
         note
         for joint in result["joints"]
-        if joint.initial_position and not settled
+        if joint.initial_position and not equilibrium_start
         for stop, limit in zip(joint.stops, joint.limits, strict=True)
         if (note := limit.passed(joint.initial_position[stop.index], assembler.values.value))
     ]

@@ -78,24 +78,24 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
 
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) -> Formula:
-    formula = read_formula(text, _seen(names, spaces), scope)
+    formula = read_formula(text, _visible(names, spaces), scope)
     return _mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
 
 
-def _seen(names: Names, spaces: tuple[Namespace, ...]) -> Names:
+def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
     """Return the names of a scene as a file sees its own among them."""
     if not spaces:
         return names
-    space, outer = spaces[0], _seen(names, spaces[1:])
-    seen: dict[str, Any] = {}
+    space, outer = spaces[0], _visible(names, spaces[1:])
+    visible: dict[str, Any] = {}
     for field in fields(Names):
         known = getattr(outer, field.name)
         here = {local: name for local, name in space.names.get(field.name, {}).items() if name in known}
-        seen[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
+        visible[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
         bound[name] = any(names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names)))
-    return replace(outer, **{**seen, "parameters": {**seen["parameters"], **bound}})
+    return replace(outer, **{**visible, "parameters": {**visible["parameters"], **bound}})
 
 
 class _Renamed(Mapping[str, Entry]):

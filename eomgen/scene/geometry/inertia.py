@@ -69,9 +69,9 @@ def impossible(mass: float, about_center: Array) -> str:
     if mass < 0.0:
         return f"the mass {mass:.6g} is negative"
     moments = np.linalg.eigvalsh(about_center)
-    indefinite, one_sided = _impossible_moments(moments)
+    not_positive, one_sided = _impossible_moments(moments)
     listed = ", ".join(f"{moment:.6g}" for moment in moments)
-    if indefinite:
+    if not_positive:
         return f"the inertia is not positive semidefinite: its principal moments are {listed}"
     if one_sided:
         return f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the other two"
@@ -94,8 +94,8 @@ def not_physical(entries: Sequence[Numbers]) -> Flags:
     second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
 
     def exactly(matrices: Array) -> Flags:
-        indefinite, one_sided = _impossible_moments(np.linalg.eigvalsh(matrices))
-        return indefinite | one_sided
+        not_positive, one_sided = _impossible_moments(np.linalg.eigvalsh(matrices))
+        return not_positive | one_sided
 
     return _unless(smallest_moment_above(second_moments, 0.0), exactly, entries)
 

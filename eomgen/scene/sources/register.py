@@ -71,13 +71,13 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         names = ["path", "strict", "coordinates", *known]
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", nearest(unknown[0], names)))
     own = {option.name for option in source.options} if source is not None else set()
-    told = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
-    if told and source is None:
-        other = known[told[0]][0]
-        what = f"{', '.join(told)}: for {other.name} files only"
+    specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
+    if specified and source is None:
+        other = known[specified[0]][0]
+        what = f"{', '.join(specified)}: for {other.name} files only"
         raise UsageError(Problem("load", what, f"the path of {other.article}, or none of them"))
-    if told and source is not None:
-        other = known[told[0]][0]
+    if specified and source is not None:
+        other = known[specified[0]][0]
         *first, last = (option.name for option in other.options)
         every = f"{', '.join(first)} and {last}" if first else last
         raise UsageError(f"{every} are for {other.name} only", "keys of the joint in the scene file")

@@ -11,15 +11,15 @@ import numpy as np
 from eomgen.analysis.definiteness import indefinite_mass
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
-from eomgen.studies.verification.claims.beams import beam_forms
-from eomgen.studies.verification.claims.bodies import body_forms
-from eomgen.studies.verification.claims.claim import Form, Space
-from eomgen.studies.verification.claims.linear_models import linear_forms
-from eomgen.studies.verification.claims.motion import motion_forms
-from eomgen.studies.verification.claims.partials import constraint_forms, packed_forms, partial_forms
-from eomgen.studies.verification.claims.rates import rate_forms
+from eomgen.studies.verification.claims.beams import beam_claims
+from eomgen.studies.verification.claims.bodies import body_claims
+from eomgen.studies.verification.claims.claim import Claim, Space
+from eomgen.studies.verification.claims.linear_models import linear_claims
+from eomgen.studies.verification.claims.motion import motion_claims
+from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
+from eomgen.studies.verification.claims.rates import rate_claims
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
-from eomgen.studies.verification.kinks import Rough
+from eomgen.studies.verification.kinks import NonSmoothOperations
 from eomgen.studies.verification.report import CheckReport, FormReport
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
@@ -88,9 +88,9 @@ def check(
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
     found, space = draw(model, engine, states, rng)
-    forms = _chosen(_forms(space, engine, system, model), only)
-    reports = tuple(_explained(judged(form, engine, tape, system, found, rng), model, found) for form in forms)
-    corners = Rough(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).corners()
+    claims = _chosen(_claims(space, engine, system, model), only)
+    reports = tuple(_explained(judged(claim, engine, tape, system, found, rng), model, found) for claim in claims)
+    corners = NonSmoothOperations(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).kinks_and_jumps()
     return CheckReport(model.name, found.names, seed, reports, found.notes, tuple(corners))
 
 
@@ -121,23 +121,23 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
     return [term.name for term in _CHECKED if term.name not in left_out]
 
 
-def _forms(space: Space, engine: Engine, system: System, model: Model) -> list[Form]:
+def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[Claim]:
     return [
-        *motion_forms(space, engine),
-        *partial_forms(space, engine, system),
-        *constraint_forms(space, engine),
-        *packed_forms(space, engine, system),
-        *body_forms(space, engine),
-        *beam_forms(space, engine, system, model.scene),
-        *rate_forms(space, engine),
-        *linear_forms(space, engine, system, model.description),
+        *motion_claims(space, engine),
+        *partial_claims(space, engine, system),
+        *constraint_claims(space, engine),
+        *packed_claims(space, engine, system),
+        *body_claims(space, engine),
+        *beam_claims(space, engine, system, model.scene),
+        *rate_claims(space, engine),
+        *linear_claims(space, engine, system, model.description),
     ]
 
 
-def _chosen(forms: Sequence[Form], only: Sequence[str]) -> list[Form]:
+def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
     """Return the forms asked for. Raises UsageError when there is none of a name."""
     for name in only:
-        if not any(form.name.startswith(name) for form in forms):
-            known = [*(form.name for form in forms), *(term.name for term in _CHECKED)]
+        if not any(claim.name.startswith(name) for claim in claims):
+            known = [*(claim.name for claim in claims), *(term.name for term in _CHECKED)]
             raise UsageError(Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known)))
-    return [form for form in forms if not only or any(form.name.startswith(name) for name in only)]
+    return [claim for claim in claims if not only or any(claim.name.startswith(name) for name in only)]

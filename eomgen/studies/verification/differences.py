@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form
+from eomgen.studies.verification.claims.claim import Claim
 from eomgen.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, spread
 
 #: Steps, largest first, in the units of the directions.
@@ -48,11 +48,11 @@ class Differences:
     kink_step: Array
 
 
-def differences(form: Form, engine: Engine, state: Blocks) -> Differences:
+def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
     """Return finite differences of a form's source on an engine."""
-    parts = [_of_states(form, engine, part) for part in _in_parts(form, engine, state)]
+    parts = [_of_states(claim, engine, part) for part in _in_parts(claim, engine, state)]
     central, sided = (np.concatenate(found, axis=1) for found in zip(*parts, strict=True))
-    floor = _last_place(form, engine, state)
+    floor = _last_place(claim, engine, state)
     with np.errstate(all="ignore"):
         change = np.abs(np.diff(central, axis=0))
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
@@ -68,11 +68,11 @@ def differences(form: Form, engine: Engine, state: Blocks) -> Differences:
     return Differences(central, best, bar, LADDER[1:-1][chosen[0]], kink, kink_step)
 
 
-def _last_place(form: Form, engine: Engine, state: Blocks) -> Array:
+def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
     """Return what the last place of a state's largest number is worth, (S, 1, 1): smaller changes go unnoticed."""
-    assert form.source is not None  # said for mypy: only forms that are compared with differences come here
+    assert claim.source is not None  # said for mypy: only forms that are compared with differences come here
     with np.errstate(all="ignore"):
-        largest = np.max(np.abs(np.nan_to_num(form.source(engine, state))), axis=-1, initial=0.0)
+        largest = np.max(np.abs(np.nan_to_num(claim.source(engine, state))), axis=-1, initial=0.0)
     return np.asarray(2.0 * np.finfo(float).eps * largest[..., np.newaxis, np.newaxis])
 
 
@@ -91,42 +91,42 @@ def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
     return kink, LADDER[np.maximum(at[0], 0)]
 
 
-def _in_parts(form: Form, engine: Engine, state: Blocks) -> Iterator[dict[str, Array]]:
+def _in_parts(claim: Claim, engine: Engine, state: Blocks) -> Iterator[dict[str, Array]]:
     """Yield the states in parts that memory can hold."""
     first = {name: array[:1] for name, array in state.items()}
-    count = max(rate.shape[-2] for rate in form.directions(first).values()) if form.directions is not None else 1
-    size = form.source(engine, first).shape[-1] if form.source is not None else 1
+    count = max(rate.shape[-2] for rate in claim.directions(first).values()) if claim.directions is not None else 1
+    size = claim.source(engine, first).shape[-1] if claim.source is not None else 1
     part = max(1, _HELD // max(1, count * max(size, 8) * 8))
     for start in range(0, len(state["q"]), part):
         yield {name: array[start : start + part] for name, array in state.items()}
 
 
-def _of_states(form: Form, engine: Engine, state: Blocks) -> tuple[Array, Array]:
+def _of_states(claim: Claim, engine: Engine, state: Blocks) -> tuple[Array, Array]:
     """Return central differences (K, S, R, C), and one-sided ones (2, K, S, R, C)."""
-    assert form.source is not None and form.directions is not None  # as above
-    rates, around = form.directions(state), spread(state)
-    here = form.source(engine, state)[..., np.newaxis, :]
+    assert claim.source is not None and claim.directions is not None  # as above
+    rates, around = claim.directions(state), spread(state)
+    here = claim.source(engine, state)[..., np.newaxis, :]
     central, backward, forward = [], [], []
     with np.errstate(all="ignore"):
         for step in LADDER.tolist():
-            above = form.source(engine, moved(engine, around, rates, step))
-            below = form.source(engine, moved(engine, around, rates, -step))
-            central.append(combined(form, engine, state, (above - below) / (2.0 * step)))
-            backward.append(combined(form, engine, state, (here - below) / step))
-            forward.append(combined(form, engine, state, (above - here) / step))
+            above = claim.source(engine, moved(engine, around, rates, step))
+            below = claim.source(engine, moved(engine, around, rates, -step))
+            central.append(combined(claim, engine, state, (above - below) / (2.0 * step)))
+            backward.append(combined(claim, engine, state, (here - below) / step))
+            forward.append(combined(claim, engine, state, (above - here) / step))
     return np.stack(central), np.stack([np.stack(backward), np.stack(forward)])
 
 
-def combined(form: Form, engine: Engine, state: Blocks, by_direction: Array) -> Array:
+def combined(claim: Claim, engine: Engine, state: Blocks, by_direction: Array) -> Array:
     """Return derivatives (..., count, n) as the form is meant, (..., R, C)."""
     derivatives = np.swapaxes(by_direction, -1, -2)
-    return derivatives if form.combine is None else form.combine(engine, state, derivatives)
+    return derivatives if claim.combine is None else claim.combine(engine, state, derivatives)
 
 
-def complex_steps(form: Form, engine: Engine, tape: Engine, state: Blocks) -> Array:
+def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks) -> Array:
     """Return a form's derivatives by complex steps on the tape, (S, R, C)."""
-    assert form.source is not None and form.directions is not None  # as above
-    rates, around = form.directions(state), spread(state)
+    assert claim.source is not None and claim.directions is not None  # as above
+    rates, around = claim.directions(state), spread(state)
     with np.errstate(all="ignore"):
-        values = form.source(tape, moved(tape, around, rates, 1j * COMPLEX_STEP))
-        return combined(form, engine, state, values.imag / COMPLEX_STEP)
+        values = claim.source(tape, moved(tape, around, rates, 1j * COMPLEX_STEP))
+        return combined(claim, engine, state, values.imag / COMPLEX_STEP)

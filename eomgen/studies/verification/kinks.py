@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form
+from eomgen.studies.verification.claims.claim import Claim
 from eomgen.studies.verification.differences import Differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 from eomgen.studies.verification.tolerances import BARS, Sizes
@@ -53,19 +53,19 @@ class Remarks:
         return tuple(texts)
 
 
-def bends(
-    form: Form, engine: Engine, rough: Rough, state: Blocks, names: tuple[str, ...], value: Array, finite: Array,
-    found: Differences, sizes: Sizes, remarks: Remarks,
+def non_smooth_entries(
+    claim: Claim, engine: Engine, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...],
+    value: Array, finite: Array, found: Differences, sizes: Sizes, remarks: Remarks,
 ) -> Array:  # fmt: skip
     """Return the entries near which a formula bends or jumps (S, R, C), as far as differences notice, and remark what does."""
     with np.errstate(all="ignore"):
         off = np.abs(found.best - value) > BARS * found.bar + sizes.differences
     vague = finite & ~(found.bar <= NO_DIGITS * sizes.state)
     odd = off | vague | found.kink
-    bent = np.zeros(value.shape, bool)
-    if not odd.any() or form.directions is None:
-        return bent
-    rates = form.directions(state)
+    non_smooth = np.zeros(value.shape, bool)
+    if not odd.any() or claim.directions is None:
+        return non_smooth
+    rates = claim.directions(state)
     count = max(rate.shape[-2] for rate in rates.values())
     for k in np.flatnonzero(odd.any(axis=(-2, -1))):
         here = {name: array[k] for name, array in state.items()}
@@ -74,27 +74,27 @@ def bends(
             at = (k, row, column)
             step = float(found.step[at] if off[at] else found.kink_step[at] if found.kink[at] else _CLOSE)
             decided: list[str] = []
-            for direction in [int(column)] if form.combine is None else range(count):
+            for direction in [int(column)] if claim.combine is None else range(count):
                 if (direction, step) not in seen and len(seen) < _LOOKED_AT:
-                    seen[direction, step] = _decided(rough, engine, here, rates, int(k), direction, step)
+                    seen[direction, step] = _decided(operations, engine, here, rates, int(k), direction, step)
                 decided += seen.get((direction, step), [])
-            bent[at] = bool(decided)
+            non_smooth[at] = bool(decided)
             for what in decided:
                 remarks.add(names[k], "not smooth", what)
-        if (vague[k] & ~bent[k]).any():
+        if (vague[k] & ~non_smooth[k]).any():
             remarks.add(names[k], "differences have no digits")
-    return bent
+    return non_smooth
 
 
 def _decided(
-    rough: Rough, engine: Engine, here: Blocks, rates: Blocks, state: int, direction: int, step: float
+    operations: NonSmoothOperations, engine: Engine, here: Blocks, rates: Blocks, state: int, direction: int, step: float
 ) -> list[str]:
     """Return what is decided in another way a step before or behind a state."""
     along = {}
     for name, rate in rates.items():
         of_state = rate[state] if rate.ndim == 3 else rate
         along[name] = of_state[min(direction, len(of_state) - 1)]
-    return rough.decisions([moved(engine, here, along, -step), here, moved(engine, here, along, step)])
+    return operations.decisions([moved(engine, here, along, -step), here, moved(engine, here, along, step)])
 
 
 _BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
@@ -112,7 +112,7 @@ _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
 
 
 @dataclass(frozen=True)
-class Rough:
+class NonSmoothOperations:
     """Operations of some functions by node, each with its name and its operands."""
 
     system: System
@@ -136,7 +136,7 @@ class Rough:
                 found.append(f"{what} in {tape.label(node) or 'the scene'}")
         return list(dict.fromkeys(found))
 
-    def corners(self) -> list[str]:
+    def kinks_and_jumps(self) -> list[str]:
         """Return all that may bend or jump somewhere, whether or not a state is near, in words; tables apart."""
         found = [(_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER]
         return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in found))

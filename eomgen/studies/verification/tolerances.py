@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form
+from eomgen.studies.verification.claims.claim import Claim
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 
 EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
@@ -42,10 +42,10 @@ class Sizes:
         return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
 
 
-def sizes_of(form: Form, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> Sizes:
+def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> Sizes:
     largest = np.max(np.abs(value), axis=(-2, -1), initial=0.0)
-    if form.size is not None:
-        largest = np.maximum(largest, form.size(engine, state))
+    if claim.size is not None:
+        largest = np.maximum(largest, claim.size(engine, state))
     largest = np.maximum(np.where(np.isfinite(largest), largest, 0.0), _SMALL * np.max(largest, initial=0.0))
     whole = np.where(largest > 0.0, largest, 1.0)[:, np.newaxis, np.newaxis]
     if value.shape[-1] > 1:
@@ -56,7 +56,7 @@ def sizes_of(form: Form, engine: Engine, state: Blocks, value: Array, rng: np.ra
     condition = np.zeros(value.shape)
     for _ in range(_SAMPLES):
         with np.errstate(all="ignore"):
-            change = np.abs(form.value(engine, _rounded(engine, state, rng)) - value)
+            change = np.abs(claim.value(engine, _rounded(engine, state, rng)) - value)
         condition = np.maximum(condition, np.where(np.isfinite(change), change, 0.0))
     return Sizes(entry, whole, np.where(condition < _BRANCH * whole, condition, 0.0))
 

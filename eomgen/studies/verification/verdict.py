@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form
+from eomgen.studies.verification.claims.claim import Claim
 from eomgen.studies.verification.differences import LADDER, complex_steps, differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.studies.verification.kinks import Remarks, Rough, bends
+from eomgen.studies.verification.kinks import NonSmoothOperations, Remarks, non_smooth_entries
 from eomgen.studies.verification.report import Disagreement, FormReport, Verdict
 from eomgen.studies.verification.states import States
 from eomgen.studies.verification.tolerances import BARS, Sizes, sizes_of
 from eomgen.system.system import System
 
 
-def judged(form: Form, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator) -> FormReport:
+def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator) -> FormReport:
     """Return what is found of a form at states.
 
     Parameters
@@ -25,30 +25,30 @@ def judged(form: Form, engine: Engine, tape: Engine, system: System, states: Sta
     rng : what the condition is measured with
     """
     remarks, names, state = Remarks(), states.names, dict(states.blocks)
-    report = FormReport(form.name, form.meaning, form.family, "no state", second_name=form.second_name)
-    if form.source is not None and names:
-        inside = np.array(np.isfinite(form.source(engine, state)).all(axis=-1))
+    report = FormReport(claim.name, claim.meaning, claim.family, "no state", second_name=claim.second_name)
+    if claim.source is not None and names:
+        inside = np.array(np.isfinite(claim.source(engine, state)).all(axis=-1))
         for k in np.flatnonzero(~inside):
             remarks.add(names[k], "not a number")
         state = {name: array[inside] for name, array in state.items()}
         names = tuple(names[k] for k in np.flatnonzero(inside))
     if not names:
         return replace(report, remarks=remarks.texts)
-    rough = Rough(system, (*form.functions, "base") if "base" in system.functions else form.functions)
-    value = form.value(engine, state)
+    operations = NonSmoothOperations(system, (*claim.functions, "base") if "base" in system.functions else claim.functions)
+    value = claim.value(engine, state)
     finite = np.array(np.isfinite(value))
     value = np.where(finite, value, 0.0)
     singular = np.array(~finite.all(axis=(-2, -1)))
-    failures = _not_numbers(form, rough, state, names, finite, remarks)
-    sizes = sizes_of(form, engine, state, value, rng)
+    failures = _not_numbers(claim, operations, state, names, finite, remarks)
+    sizes = sizes_of(claim, engine, state, value, rng)
     undecided = bool(singular.all())
-    if form.source is not None:
-        found, exact = differences(form, engine, state), complex_steps(form, engine, tape, state)
-        bent = bends(form, engine, rough, state, names, value, finite, found, sizes, remarks)
-        smooth = ~(singular | bent.any(axis=(-2, -1)))
+    if claim.source is not None:
+        found, exact = differences(claim, engine, state), complex_steps(claim, engine, tape, state)
+        non_smooth = non_smooth_entries(claim, engine, operations, state, names, value, finite, found, sizes, remarks)
+        smooth = ~(singular | non_smooth.any(axis=(-2, -1)))
         allowed = BARS * found.bar + sizes.differences
-        failures += _worst(form, names, finite & ~bent, value, found.best, allowed, "finite differences")
-        failures += _worst(form, names, finite, value, exact, sizes.exact, "complex step")
+        failures += _worst(claim, names, finite & ~non_smooth, value, found.best, allowed, "finite differences")
+        failures += _worst(claim, names, finite, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(found.bar)).any())
         with np.errstate(all="ignore"):
             by_step = np.max((np.abs(found.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0)
@@ -57,31 +57,31 @@ def judged(form: Form, engine: Engine, tape: Engine, system: System, states: Sta
             report, agreement=best, step=step, slope=slope, complex_step=_largest(exact - value, sizes, smooth),
             errors=tuple(by_step.tolist()),
         )  # fmt: skip
-    if form.second is not None:
-        second = form.second(engine, state)
-        failures += _worst(form, names, finite, value, second, sizes.exact, form.second_name)
+    if claim.second is not None:
+        second = claim.second(engine, state)
+        failures += _worst(claim, names, finite, value, second, sizes.exact, claim.second_name)
         report = replace(report, second=_largest(second - value, sizes, ~singular))
     verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
     return replace(report, verdict=verdict, remarks=remarks.texts, worst=failures[0] if failures else None)
 
 
 def _not_numbers(
-    form: Form, rough: Rough, state: Blocks, names: tuple[str, ...], finite: Array, remarks: Remarks
+    claim: Claim, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...], finite: Array, remarks: Remarks
 ) -> list[Disagreement]:
     """Return the states at which the closed form is not a number though nothing in the formulas says why; remark the others."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
-        found = rough.singular({name: array[k] for name, array in state.items()})
+        found = operations.singular({name: array[k] for name, array in state.items()})
         for what in found:
             remarks.add(names[k], "unbounded derivative", what)
         if not found:
-            entry = _named(form, np.argwhere(~finite[k])[0])
+            entry = _named(claim, np.argwhere(~finite[k])[0])
             failures.append(Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf")))
     return failures
 
 
 def _worst(
-    form: Form, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
+    claim: Claim, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
 ) -> list[Disagreement]:
     """Return the entry that is farthest off, in units of what is allowed, if one of those counted is off by more."""
     with np.errstate(all="ignore"):
@@ -90,15 +90,15 @@ def _worst(
         return []
     at = np.unravel_index(int(np.argmax(off)), off.shape)
     bar = float(np.broadcast_to(allowed, off.shape)[at])
-    return [Disagreement(names[int(at[0])], _named(form, at[1:]), float(value[at]), float(expected[at]), by, bar)]
+    return [Disagreement(names[int(at[0])], _named(claim, at[1:]), float(value[at]), float(expected[at]), by, bar)]
 
 
-def _named(form: Form, place: object) -> str:
+def _named(claim: Claim, place: object) -> str:
     row, column = (int(number) for number in np.asarray(place).tolist())
-    of_row = form.rows[row] if row < len(form.rows) else f"row {row}"
-    if not form.columns:
+    of_row = claim.rows[row] if row < len(claim.rows) else f"row {row}"
+    if not claim.columns:
         return of_row
-    return f"{of_row} along {form.columns[column]}"
+    return f"{of_row} along {claim.columns[column]}"
 
 
 def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:

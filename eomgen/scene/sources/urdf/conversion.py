@@ -21,7 +21,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
-    doubtful_inertias,
+    inertia_warnings,
     left_out,
     notes_of_mimics,
     notes_of_names_and_angles,
@@ -70,12 +70,12 @@ def urdf_data(
     merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
     notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
     notes += notes_of_what_has_no_effect(robot, held)
-    doubts = [*doubtful_inertias(robot), *left_out(robot, set(held))]
+    warnings = [*inertia_warnings(robot), *left_out(robot, set(held))]
     if strict:
-        for line, note in doubts:
+        for line, note in warnings:
             report.add_at(line, "", note, "no --strict (strict=False), to go on without")
         report.raise_problems()
-    return merger.data, merger.lines, [*notes, *(note for _, note in doubts)]
+    return merger.data, merger.lines, [*notes, *(note for _, note in warnings)]
 
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:

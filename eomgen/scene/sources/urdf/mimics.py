@@ -39,7 +39,7 @@ def held_and_following(robot: Robot, locked: Collection[str], report: Report) ->
     _check_circles(robot, leaders, report)
     report.raise_problems()
     for name in leaders:
-        _settle(robot, name, leaders, held)
+        _resolve(robot, name, leaders, held)
     return held, {name: leader for name, leader in leaders.items() if name not in held}
 
 
@@ -55,7 +55,7 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
             report.add_at(robot.joints[name].line, f"joints.{name}", what, "one joint that leads")
 
 
-def _settle(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
+def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
     """Hold a joint where the end of what it follows is held."""
     path = [name]
     while path[-1] not in held and path[-1] in leaders:

@@ -74,7 +74,7 @@ def _joints(names: Sequence[str]) -> str:
     return f"the joint{'s' * (len(names) != 1)} {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
 
 
-def doubtful_inertias(robot: Robot) -> list[tuple[int, str]]:
+def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
     """Return the line and the fault of each link that no body can be."""
     found = []
     for link in robot.links.values():

@@ -11,7 +11,7 @@ from eomgen.formula.nodes import Number
 from eomgen.pipeline import pipeline
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.scene import Scene
-from eomgen.studies.verification.claims.claim import Form, Space
+from eomgen.studies.verification.claims.claim import Claim, Space
 from eomgen.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, on_tape, spread
 from eomgen.system.description import Factor
 from eomgen.system.system import System
@@ -34,7 +34,7 @@ class _Change:
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
 
-def beam_forms(space: Space, engine: Engine, system: System, scene: object) -> list[Form]:
+def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
     """Return the forms of the term ``elastic``.
 
     What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at rest.
@@ -47,9 +47,9 @@ def beam_forms(space: Space, engine: Engine, system: System, scene: object) -> l
     straight = _straight(factors)
     rows = np.concatenate([np.arange(item.v_start, item.v_start + item.v_size) for item in factors])
     return [
-        _form(space, "K", "q", "structural stiffness", soft, dict),
-        _form(space, "D", "v", "structural damping", soft, dict),
-        _form(space, "K_geo", "q", "where beams are straight and at rest", stiff, straight, rows),
+        _claim(space, "K", "q", "structural stiffness", soft, dict),
+        _claim(space, "D", "v", "structural damping", soft, dict),
+        _claim(space, "K_geo", "q", "where beams are straight and at rest", stiff, straight, rows),
     ]
 
 
@@ -82,10 +82,10 @@ def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
     return straight
 
 
-def _form(
+def _claim(
     space: Space, name: str, block: str, meaning: str, change: _Change, at: Callable[[Blocks], dict[str, Array]],
     kept: Array | None = None,
-) -> Form:  # fmt: skip
+) -> Claim:  # fmt: skip
     """Return the form of one matrix, of whose second derivation only the rows and columns ``kept`` count, if given."""
     along = space.along[block].matrix
 
@@ -96,7 +96,7 @@ def _form(
         found[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(space.nv)[kept])[..., kept, :]
         return np.asarray(found @ along)
 
-    return Form(
+    return Claim(
         f"elastic.{name}", meaning, FAMILY, lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
         second=second, second_name=change.name, rows=space.rows["v"], columns=space.along[block].names,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
-from eomgen.studies.verification.claims.claim import Form, Space, column
+from eomgen.studies.verification.claims.claim import Claim, Space, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.description import Factor
 
@@ -16,15 +16,15 @@ _TWIST = ("omega x", "omega y", "omega z", "velocity x", "velocity y", "velocity
 _POSE = ("quaternion w", "quaternion x", "quaternion y", "quaternion z", "position x", "position y", "position z")
 
 
-def body_forms(space: Space, engine: Engine) -> list[Form]:
+def body_claims(space: Space, engine: Engine) -> list[Claim]:
     """Return the forms of the terms that ``engine`` has."""
     there = set(engine.functions)
-    forms = [_twists(space)] if {"poses", "twists"} <= there else []
+    claims = [_twists(space)] if {"poses", "twists"} <= there else []
     if {"twists", "accelerations"} <= there:
-        forms.append(_accelerations(space))
+        claims.append(_accelerations(space))
     if {"twists", "jacobians"} <= there:
-        forms.append(_jacobians(space))
-    return forms
+        claims.append(_jacobians(space))
+    return claims
 
 
 def _flat(values: Array) -> Array:
@@ -43,20 +43,20 @@ def _along_motion(*blocks: tuple[str, str]) -> Callable[[Blocks], dict[str, Arra
     return directions
 
 
-def _twists(space: Space) -> Form:
+def _twists(space: Space) -> Claim:
     factors = tuple(Factor("SE3", body, 7 * k, 7, 6 * k, 6) for k, body in enumerate(space.bodies))
 
     def value(engine: Engine, state: Blocks) -> Array:
         poses, twists = _flat(engine("poses", state)["pose"]), _flat(engine("twists", state)["twist"])
         return column(configuration_rate(factors, poses, twists))
 
-    return Form(
+    return Claim(
         "twists", "d pose / dt", FAMILY, value, source=lambda engine, state: _flat(engine("poses", state)["pose"]),
         directions=_along_motion(("q", "v")), rows=_named(space, _POSE), functions=("poses",),
     )  # fmt: skip
 
 
-def _accelerations(space: Space) -> Form:
+def _accelerations(space: Space) -> Claim:
     def combine(engine: Engine, state: Blocks, G: Array) -> Array:
         """Return rates of components as accelerations: the origin's gains omega x velocity, in body axes."""
         twist = engine("twists", state)["twist"]
@@ -65,7 +65,7 @@ def _accelerations(space: Space) -> Form:
         turning[..., 3:] = np.cross(twist[..., :3], twist[..., 3:])
         return column(_flat(rates + turning))
 
-    return Form(
+    return Claim(
         "accelerations", "d twist / dt", FAMILY,
         lambda engine, state: column(_flat(engine("accelerations", state)["acceleration"])),
         source=lambda engine, state: _flat(engine("twists", state)["twist"]),
@@ -73,14 +73,14 @@ def _accelerations(space: Space) -> Form:
     )  # fmt: skip
 
 
-def _jacobians(space: Space) -> Form:
+def _jacobians(space: Space) -> Claim:
     along = space.along["v"]
 
     def value(engine: Engine, state: Blocks) -> Array:
         J = engine("jacobians", state)["J"] @ along.matrix
         return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
 
-    return Form(
+    return Claim(
         "jacobians", "d twist / dv", FAMILY, value, source=lambda engine, state: _flat(engine("twists", state)["twist"]),
         directions=lambda _: {"v": along.matrix.T}, rows=_named(space, _TWIST), columns=along.names, functions=("twists",),
     )  # fmt: skip

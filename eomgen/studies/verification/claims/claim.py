@@ -66,7 +66,7 @@ Value = Callable[[Engine, Blocks], Array]
 
 
 @dataclass(frozen=True)
-class Form:
+class Claim:
     """One closed form.
 
     Attributes
@@ -116,7 +116,7 @@ def column(values: Array) -> Array:
 def jacobian(
     space: Space, name: str, function: str, entry: str, source: tuple[str, str], block: str, meaning: str, family: str,
     rows: Sequence[str], second: Value | None = None, second_name: str = "",
-) -> Form:  # fmt: skip
+) -> Claim:  # fmt: skip
     """Return the form of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q."""
     along = space.along[block]
     matrix = along.matrix
@@ -127,7 +127,7 @@ def jacobian(
     def of_second(engine: Engine, state: Blocks) -> Array:
         return np.asarray(second(engine, state) @ matrix) if second is not None else np.zeros(0)
 
-    return Form(
+    return Claim(
         name, meaning, family, value, source=output(*source), directions=lambda _: {block: matrix.T},
         second=of_second if second is not None else None, second_name=second_name,
         rows=tuple(rows), columns=along.names, functions=(source[0],),

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Directions, Form, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.claims.claim import Claim, Directions, Space, Value, column, fixed, jacobian, output
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.description import Description, component_names
 from eomgen.system.system import BASE_LAYOUT, System
@@ -16,27 +16,27 @@ from eomgen.system.system import BASE_LAYOUT, System
 FAMILY = "linear model"
 
 
-def linear_forms(space: Space, engine: Engine, system: System, description: Description) -> list[Form]:
+def linear_claims(space: Space, engine: Engine, system: System, description: Description) -> list[Claim]:
     """Return the forms of the terms that ``engine`` has."""
-    forms: list[Form] = []
+    claims: list[Claim] = []
     residual, rate = ("residual", "r"), ("internal_rate", "zdot")
     if "linearization" in engine:
         of = {"M0": (residual, "a"), "C0": (residual, "v"), "K0": (residual, "q"), "Rz": (residual, "z"),
               "Fq": (rate, "q"), "Fv": (rate, "v"), "Fz": (rate, "z")}  # fmt: skip
-        forms += _of_states(space, system, "linearization", of)
+        claims += _of_states(space, system, "linearization", of)
         driven = {"B0": (residual, -1.0), "Fu": (rate, 1.0)}
         disturbed = {"E0": (residual, -1.0), "Fw": (rate, 1.0)}
-        forms += _of_drives(space, system, description, "linearization", driven, disturbed)
+        claims += _of_drives(space, system, description, "linearization", driven, disturbed)
     if "acceleration_partials" in engine:
-        forms += _of_rows(space, system)
+        claims += _of_rows(space, system)
     if "joint_velocities" in engine:
-        forms += _of_joints(space, system, description)
+        claims += _of_joints(space, system, description)
     if "output_partials" in engine:
         y = ("outputs", "y")
         of = {f"Y{block}": (y, block) for block in ("q", "v", "a", "z", "lam")}
-        forms += _of_states(space, system, "output_partials", of)
-        forms += _of_drives(space, system, description, "output_partials", {"Yu": (y, 1.0)}, {"Yw": (y, 1.0)})
-    return forms
+        claims += _of_states(space, system, "output_partials", of)
+        claims += _of_drives(space, system, description, "output_partials", {"Yu": (y, 1.0)}, {"Yw": (y, 1.0)})
+    return claims
 
 
 def _named(system: System, function: str) -> set[str]:
@@ -51,7 +51,7 @@ def _rows(space: Space, system: System, function: str) -> tuple[str, ...]:
 
 def _of_states(
     space: Space, system: System, term: str, of: Mapping[str, tuple[tuple[str, str], str]]
-) -> list[Form]:
+) -> list[Claim]:
     there = _named(system, term)
     return [
         jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY,
@@ -64,7 +64,7 @@ def _of_states(
 def _of_drives(
     space: Space, system: System, description: Description, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
     disturbed: Mapping[str, tuple[tuple[str, str], float]],
-) -> list[Form]:  # fmt: skip
+) -> list[Claim]:  # fmt: skip
     """Return the forms of partials in driven inputs, and in given inputs with the base's accelerations."""
     there, nu = _named(system, term), system.nu
     given = [number for number, item in enumerate(description.inputs) if item.given]
@@ -78,7 +78,7 @@ def _of_drives(
     accelerations[len(given) :, last - len(of_base) :] = np.eye(len(of_base))
     disturbances: dict[str, Array] = {"u": outside} if nu and given else {}
     disturbances |= {"base": accelerations} if of_base else {}
-    forms = []
+    claims = []
     for entries, rates, columns in (
         (driven, free_directions, description.driven),
         (disturbed, disturbances, description.disturbances),
@@ -86,19 +86,19 @@ def _of_drives(
         for name, (source, sign) in entries.items():
             if name in there:
                 meaning = f"{'-' if sign < 0 else ''}d {source[1]} / d{'u' if entries is driven else 'w'}"
-                forms.append(Form(
+                claims.append(Claim(
                     f"{term}.{name}", meaning, FAMILY, output(term, name), source=_times(sign, output(*source)),
                     directions=fixed(rates), rows=_rows(space, system, source[0]), columns=columns,
                     functions=(source[0],),
                 ))  # fmt: skip
-    return forms
+    return claims
 
 
 def _times(sign: float, of: Value) -> Value:
     return lambda engine, state: sign * of(engine, state)
 
 
-def _of_rows(space: Space, system: System) -> list[Form]:
+def _of_rows(space: Space, system: System) -> list[Claim]:
     """Return Aq and Av, partials of B a + g, the accelerations of the constraints."""
 
     def rows(engine: Engine, state: Blocks) -> Array:
@@ -112,7 +112,7 @@ def _of_rows(space: Space, system: System) -> list[Form]:
     ]
 
 
-def _of_joints(space: Space, system: System, description: Description) -> list[Form]:
+def _of_joints(space: Space, system: System, description: Description) -> list[Claim]:
     """Return the forms of the velocities of joints: their partials, their rates, and the partials of these."""
     term, names = "joint_velocities", [name for f in description.joints for name in component_names("", f.name, f.v_size)]
     v, a = (term, "joint_v"), (term, "joint_a")
@@ -130,14 +130,14 @@ def _of_joints(space: Space, system: System, description: Description) -> list[F
         return np.asarray(np.max(np.abs(state["a"]), axis=-1) + np.max(np.abs(state["v"]), axis=-1) ** 2)
 
     partials = (("Pv", v, "v", None), ("Pq", v, "q", speed), ("Pav", a, "v", speed), ("Paq", a, "q", turning))
-    forms = [
+    claims = [
         replace(
             jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names), size=scale
         )
         for name, source, block, scale in partials
         if name in there
     ]
-    return [*forms, Form(
+    return [*claims, Claim(
         f"{term}.joint_a", "d joint_v / dt", FAMILY, lambda engine, state: column(engine(term, state)["joint_a"]),
         source=output(*v), directions=motion, rows=tuple(names), functions=(term,),
     )]  # fmt: skip
@@ -145,8 +145,8 @@ def _of_joints(space: Space, system: System, description: Description) -> list[F
 
 def _of_accelerations(
     space: Space, name: str, rows: Value, block: str, along: Directions, names: Sequence[str]
-) -> Form:
-    return Form(
+) -> Claim:
+    return Claim(
         f"acceleration_partials.{name}", f"d (B a + g) / d{block}", FAMILY,
         lambda engine, state: np.asarray(engine("acceleration_partials", state)[name] @ along.matrix),
         source=rows, directions=lambda _: {block: along.matrix.T}, rows=tuple(names), columns=along.names,

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import bracket_matrix
-from eomgen.studies.verification.claims.claim import Form, Space, Value, column
+from eomgen.studies.verification.claims.claim import Claim, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine, spread
 from eomgen.system.description import Factor
 
@@ -17,34 +17,34 @@ FAMILY = "separated terms and energies"
 _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
 
 
-def motion_forms(space: Space, engine: Engine) -> list[Form]:
+def motion_claims(space: Space, engine: Engine) -> list[Claim]:
     """Return the forms of the terms that ``engine`` has."""
     there = set(engine.functions)
-    forms: list[Form] = []
+    claims: list[Claim] = []
     if {"mass", "energy"} <= there:
-        forms.append(_mass(space, engine))
+        claims.append(_mass(space, engine))
     if "mass" in there:
-        forms.append(_definite())
+        claims.append(_definite())
     if {"mass", "coupling"} <= there:
-        forms.append(_coupling(space))
+        claims.append(_coupling(space))
     if {"mass", "coupling", "base_motion", "energy"} <= there:
-        forms.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
+        claims.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
     if {"inverse_dynamics", "coupling", "force", "energy"} <= there and "mass" not in there:
-        forms.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
-        forms.append(_without_acceleration(space))
+        claims.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
+        claims.append(_without_acceleration(space))
     if {"mass", "coupling", "force", "inverse_dynamics"} <= there:
-        forms.append(_sum_of_blocks(space))
+        claims.append(_sum_of_blocks(space))
     if {"coupling", "force", "inverse_dynamics", "residual"} <= there:
-        forms.append(_reactions(space))
+        claims.append(_reactions(space))
     if {"mass", "coupling", "force", "forward_dynamics"} <= there:
-        forms.append(_forward(space))
+        claims.append(_forward(space))
     if {"inverse_dynamics", "force", "forward_dynamics"} <= there and "mass" not in there:
-        forms.append(_there_and_back(space))
+        claims.append(_there_and_back(space))
     if {"energy", "coupling", "force", "residual", "inverse_dynamics"} <= there:
-        forms.append(_balance(engine))
+        claims.append(_balance(engine))
     if "base" in there:
-        forms.append(_base())
-    return forms
+        claims.append(_base())
+    return claims
 
 
 def momentum(engine: Engine, state: Blocks, along: Array) -> Array:
@@ -59,7 +59,7 @@ def times(matrix: Array, vector: Array) -> Array:
     return np.asarray((matrix @ vector[..., np.newaxis])[..., 0])
 
 
-def _mass(space: Space, engine: Engine) -> Form:
+def _mass(space: Space, engine: Engine) -> Claim:
     few = space.few.matrix
 
     def value(engine: Engine, state: Blocks) -> Array:
@@ -69,7 +69,7 @@ def _mass(space: Space, engine: Engine) -> Form:
         return np.asarray(few.T @ engine("partials", state)["M"] @ few)
 
     also = "partials" in engine
-    return Form(
+    return Claim(
         "mass.M", "d2 T / dv2", FAMILY, value,
         source=lambda engine, state: momentum(engine, state, few.T), directions=lambda _: {"v": few.T},
         second=of_partials if also else None, second_name="partials" if also else "",
@@ -77,7 +77,7 @@ def _mass(space: Space, engine: Engine) -> Form:
     )  # fmt: skip
 
 
-def _definite() -> Form:
+def _definite() -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         M = engine("mass", state)["M"]
         scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diagonal(M, axis1=-2, axis2=-1)), 1e-300))
@@ -89,13 +89,13 @@ def _definite() -> Form:
     def nothing(engine: Engine, state: Blocks) -> Array:
         return np.zeros((*state["q"].shape[:-1], 2, 1))
 
-    return Form(
+    return Claim(
         "mass.M, definite", "symmetric, positive definite", FAMILY, value, second=nothing, second_name="eigenvalues",
         size=lambda _, state: np.ones(state["q"].shape[:-1]), rows=("M - M^T", "1 - smallest eigenvalue of M"),
     )  # fmt: skip
 
 
-def _coupling(space: Space) -> Form:
+def _coupling(space: Space) -> Claim:
     """h w = d(M v)/dt w - ad(v)^T M v w - d(v M v / 2)/dq w, with v held constant."""
     W = space.along["q"].matrix
 
@@ -112,7 +112,7 @@ def _coupling(space: Space) -> Form:
         by_place = np.einsum("...i,...ij->...j", v, G[..., 1:])
         return column(by_time - 0.5 * by_place)
 
-    return Form(
+    return Claim(
         "coupling.h", "by d M / dq", FAMILY, lambda engine, state: column(engine("coupling", state)["h"] @ W),
         source=source, directions=along, combine=combine, rows=space.along["q"].names, functions=("mass",),
     )  # fmt: skip
@@ -129,7 +129,7 @@ def _by_recursion(engine: Engine, state: Blocks) -> Array:
     return np.asarray(engine("inverse_dynamics", state)["tau"] + engine("force", state)["Q"])
 
 
-def _inertia(space: Space, name: str, meaning: str, of: Value) -> Form:
+def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
     few = space.few.matrix
 
     def source(engine: Engine, state: Blocks) -> Array:
@@ -145,17 +145,17 @@ def _inertia(space: Space, name: str, meaning: str, of: Value) -> Form:
         turned = np.swapaxes(bracket_matrix(engine.factors, state["v"]) @ few, -1, -2)
         return column(G[..., :-1, 0] - momentum(engine, state, turned) - G[..., -1, 1:])
 
-    return Form(
+    return Claim(
         name, meaning, FAMILY, lambda engine, state: column(of(engine, state) @ few),
         source=source, directions=along, combine=combine, rows=space.few.names, functions=("energy",),
     )  # fmt: skip
 
 
-def _without_acceleration(space: Space) -> Form:
+def _without_acceleration(space: Space) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
 
-    return Form(
+    return Claim(
         "coupling.h", "h + b - Q = tau at a = 0", FAMILY,
         lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)), second=second, second_name="inverse_dynamics",
         size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
@@ -181,8 +181,8 @@ def _largest(values: list[Array]) -> Array:
     return np.asarray(np.max([np.max(np.abs(value), axis=-1) for value in values], axis=0))
 
 
-def _sum_of_blocks(space: Space) -> Form:
-    return Form(
+def _sum_of_blocks(space: Space) -> Claim:
+    return Claim(
         "inverse_dynamics.tau", "tau = M a + h + b - Q", FAMILY,
         lambda engine, state: column(engine("inverse_dynamics", state)["tau"]),
         second=lambda engine, state: column(np.sum(_parts(engine, state), axis=0)), second_name="sum of blocks",
@@ -190,21 +190,21 @@ def _sum_of_blocks(space: Space) -> Form:
     )  # fmt: skip
 
 
-def _reactions(space: Space) -> Form:
+def _reactions(space: Space) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         tau = engine("inverse_dynamics", state)["tau"]
         if "constraint_jacobian" in engine:
             tau = tau + times(np.swapaxes(engine("constraint_jacobian", state)["B"], -1, -2), state["lam"])
         return column(tau)
 
-    return Form(
+    return Claim(
         "residual.r", "r = tau + B^T lam", FAMILY, lambda engine, state: column(engine("residual", state)["r"]),
         second=second, second_name="sum of blocks", size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
     )  # fmt: skip
 
 
-def _forward(space: Space) -> Form:
+def _forward(space: Space) -> Claim:
     """Products with M rather than its inverse: what is compared is as well conditioned as the blocks are."""
 
     def at(engine: Engine, state: Blocks) -> dict[str, Array]:
@@ -213,26 +213,26 @@ def _forward(space: Space) -> Form:
     def value(engine: Engine, state: Blocks) -> Array:
         return column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"]))
 
-    return Form(
+    return Claim(
         "forward_dynamics.vdot", "M vdot = Q - h - b", FAMILY, value,
         second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)), second_name="sum of blocks",
         size=lambda engine, state: _largest(_parts(engine, at(engine, state))), rows=space.rows["v"],
     )  # fmt: skip
 
 
-def _there_and_back(space: Space) -> Form:
+def _there_and_back(space: Space) -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         there = {**state, "a": engine("forward_dynamics", state)["vdot"]}
         return column(engine("inverse_dynamics", there)["tau"])
 
-    return Form(
+    return Claim(
         "forward_dynamics.vdot", "tau at vdot = 0", FAMILY, value,
         second=lambda engine, state: np.zeros((*state["v"].shape, 1)), second_name="inverse_dynamics",
         size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
     )  # fmt: skip
 
 
-def _balance(engine: Engine) -> Form:
+def _balance(engine: Engine) -> Claim:
     """d(T + V)/dt = power + power of base and drivers + v r - lam w: r and w are what a motion and constraints lack."""
 
     def value(engine: Engine, state: Blocks) -> Array:
@@ -255,7 +255,7 @@ def _balance(engine: Engine) -> Form:
         works = [np.sum(np.abs(v * load), axis=-1) for load in _parts(engine, state)]
         return np.asarray(np.sum([np.sum(np.abs(powers), axis=-1), *works], axis=0))
 
-    return Form(
+    return Claim(
         "energy", "d(T + V) / dt = powers", FAMILY, value,
         source=lambda engine, state: engine("energy", state)["energy"][..., :2], directions=along,
         combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True), size=size,
@@ -263,14 +263,14 @@ def _balance(engine: Engine) -> Form:
     )  # fmt: skip
 
 
-def _base() -> Form:
+def _base() -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         base = engine("base", state)["base"]
         return column(np.concatenate([configuration_rate(_POSE, base[..., :7], base[..., 7:13]), base[..., 13:]], axis=-1))
 
     names = [f"{what}[{k}]" for what, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
              for k in range(size)]  # fmt: skip
-    return Form(
+    return Claim(
         "base", "d pose, d twist / dt", FAMILY, value,
         source=lambda engine, state: engine("base", state)["base"][..., :13], directions=lambda _: {"t": np.ones((1, 1))},
         rows=tuple(names), functions=("base",),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.claims.claim import Claim, Space, Value, column, fixed, jacobian, output
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
@@ -22,34 +22,34 @@ _DIFFERENTIATED = 150_000
 _MULTIPLIERS = 2.0**40
 
 
-def partial_forms(space: Space, engine: Engine, system: System) -> list[Form]:
+def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     """Return the forms of the terms that ``engine`` has."""
     there = set(engine.functions)
     residual = ("residual", "r")
-    forms: list[Form] = []
+    claims: list[Claim] = []
     if "partials" in there:
         by_tape = _differentiated(system)
         for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
             second, of = (by_tape[name], "the tape's own") if by_tape else (None, "")
             meaning = f"d residual / d{block}"
-            forms.append(
+            claims.append(
                 jacobian(
                     space, f"partials.{name}", "partials", name, residual, block, meaning, PARTIALS, space.rows["v"], second, of
                 )
             )
     if "internal_partials" in there:
         rate = ("internal_rate", "zdot")
-        forms.append(jacobian(space, "internal_partials.Rz", "internal_partials", "Rz", residual, "z", "d residual / dz",
+        claims.append(jacobian(space, "internal_partials.Rz", "internal_partials", "Rz", residual, "z", "d residual / dz",
                               PARTIALS, space.rows["v"]))  # fmt: skip
-        forms += [
+        claims += [
             jacobian(space, f"internal_partials.F{block}", "internal_partials", f"F{block}", rate, block, f"d zdot / d{block}",
                      PARTIALS, space.rows["z"])
             for block in ("q", "v", "z")
         ]  # fmt: skip
-    return forms
+    return claims
 
 
-def constraint_forms(space: Space, engine: Engine) -> list[Form]:
+def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
     """Return the forms of constraint rows; those at velocity level come after the holonomic ones."""
     if "constraint_jacobian" not in engine:
         return []
@@ -63,37 +63,37 @@ def constraint_forms(space: Space, engine: Engine) -> list[Form]:
     def of_reactions(engine: Engine, state: Blocks) -> Array:
         return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
 
-    rows, forms = space.rows["lam"], []
+    rows, claims = space.rows["lam"], []
     if first:
-        forms.append(Form(
+        claims.append(Claim(
             "constraint_jacobian.B", "d Phi / dq", CONSTRAINTS,
             lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix),
             source=output("constraint", "Phi"), directions=lambda _: {"q": along_q.matrix.T}, rows=rows[:first],
             columns=along_q.names, functions=("constraint",),
         ))  # fmt: skip
-        forms.append(Form(
+        claims.append(Claim(
             "constraint_velocity.w", "d Phi / dt", CONSTRAINTS,
             lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
             source=output("constraint", "Phi"), directions=lambda state: motion(_beside(state)), rows=rows[:first],
             functions=("constraint",),
             size=_rates_of_rows,
         ))  # fmt: skip
-    forms.append(Form(
+    claims.append(Claim(
         "constraint_jacobian.B by w", "d w / dv", CONSTRAINTS,
         lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
         source=output("constraint_velocity", "w"), directions=lambda _: {"v": along_v.matrix.T}, rows=rows,
         columns=along_v.names, functions=("constraint_velocity",),
         second=of_reactions, second_name="d residual / d lam",
     ))  # fmt: skip
-    forms.append(Form(
+    claims.append(Claim(
         "constraint_bias.g", "d w / dt at vdot = 0", CONSTRAINTS,
         lambda engine, state: column(engine("constraint_bias", state)["g"]),
         source=output("constraint_velocity", "w"), directions=motion, rows=rows, functions=("constraint_velocity",),
-        size=_bends_of_rows,
+        size=_partials_of_rows,
     ))  # fmt: skip
-    forms.append(jacobian(space, "velocity_partials.Z", "velocity_partials", "Z", ("constraint_velocity", "w"), "q", "d w / dq",
+    claims.append(jacobian(space, "velocity_partials.Z", "velocity_partials", "Z", ("constraint_velocity", "w"), "q", "d w / dq",
                           CONSTRAINTS, rows))  # fmt: skip
-    return forms
+    return claims
 
 
 def _beside(state: Blocks) -> dict[str, Array]:
@@ -107,7 +107,7 @@ def _rates_of_rows(engine: Engine, state: Blocks) -> Array:
     return np.asarray(np.max(np.abs(B) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
 
 
-def _bends_of_rows(engine: Engine, state: Blocks) -> Array:
+def _partials_of_rows(engine: Engine, state: Blocks) -> Array:
     Z = engine("velocity_partials", state)["Z"]
     return np.asarray(np.max(np.abs(Z) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
 
@@ -124,28 +124,28 @@ def _by_multipliers(engine: Engine, state: Blocks) -> Array:
     return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
 
 
-def packed_forms(space: Space, engine: Engine, system: System) -> list[Form]:
+def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     """Return the forms of what implicit steppers evaluate: nonzeros of all matrices together, and all rows together."""
-    forms: list[Form] = []
+    claims: list[Claim] = []
     if "equations" in engine:
         same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
                 "zdot": ("internal_rate", "z")}  # fmt: skip
         names = [block.name for block in system.functions["equations"].outputs if same[block.name][0] in engine and block.refs]
-        forms += [_same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names]
+        claims += [_same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names]
     if "iteration" in engine:
         sources = {"K": "partials", "C": "partials", "M": "partials", "B": "constraint_jacobian", "Z": "velocity_partials"}
         sources |= dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials")
         blocks = [block.name for block in system.functions["iteration"].outputs]
         if "X" in blocks:
-            forms += _eliminated(space, engine, system)
+            claims += _eliminated(space, engine, system)
         else:
-            forms += [_unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine]
+            claims += [_unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine]
     if "jacobian_values" in engine:
-        forms.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
-    return forms
+        claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
+    return claims
 
 
-def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Form:
+def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
     """Return the form of rows that two functions give, compared beside the motion, where they do not vanish."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
@@ -155,10 +155,10 @@ def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str])
     def of(function: str) -> Value:
         return lambda engine, state: column(engine(function, beside(engine, state))[entry])
 
-    return Form(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
+    return Claim(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
 
 
-def _unpacked(function: str, name: str, other: str, system: System) -> Form:
+def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
@@ -166,7 +166,7 @@ def _unpacked(function: str, name: str, other: str, system: System) -> Form:
             return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[name], system.patterns[name], shape)
 
-    return Form(
+    return Claim(
         f"{function}.{name}", f"nonzeros of {name}", PARTIALS, value,
         second=lambda engine, state: engine(other, state)[name], second_name=other,
     )  # fmt: skip
@@ -179,7 +179,7 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
     return full
 
 
-def _eliminated(space: Space, engine: Engine, system: System) -> list[Form]:
+def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
     """Return K, C and M of a long tree's extended system, its inner unknowns eliminated."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
@@ -196,10 +196,10 @@ def _eliminated(space: Space, engine: Engine, system: System) -> list[Form]:
             result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
         return result
 
-    def form(name: str, block: str) -> Form:
+    def claim(name: str, block: str) -> Claim:
         W = space.along[block].matrix
         also = "partials" in engine
-        return Form(
+        return Claim(
             f"iteration.{name}", f"d residual / d{block}", PARTIALS, lambda engine, state: one(name, W, state, engine),
             source=output("residual", "r"), directions=fixed({block: W.T}),
             second=(lambda engine, state: np.asarray(engine("partials", state)[name] @ W)) if also else None,
@@ -207,7 +207,7 @@ def _eliminated(space: Space, engine: Engine, system: System) -> list[Form]:
             functions=("residual",),
         )  # fmt: skip
 
-    return [form(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
+    return [claim(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
 
 
 def _differentiated(system: System) -> dict[str, Value]:

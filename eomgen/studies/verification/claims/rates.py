@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Form, Space, Value, column
+from eomgen.studies.verification.claims.claim import Claim, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.system import RATE_BLOCKS
 
@@ -38,9 +38,9 @@ _PART, _PART_OF_TERMS = 1e-3, 0.03
 MOTION_BLOCKS = ((*RATE_BLOCKS["a"][:2], "v"), (*RATE_BLOCKS["u"][:2], "u"))
 
 
-def rate_forms(space: Space, engine: Engine) -> list[Form]:
+def rate_claims(space: Space, engine: Engine) -> list[Claim]:
     """Return the forms of the terms that ``engine`` has."""
-    forms: list[Form] = []
+    claims: list[Claim] = []
     for term, outputs, (function, entry) in _TERMS:
         if term not in engine or function not in engine:
             continue
@@ -49,7 +49,7 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
             names = _entries(space, name) if term in _OF_COMPONENTS else ()
             other = _SECOND.get(term, "")
             second = _column_of(other, name) if other in engine else None
-            forms.append(Form(
+            claims.append(Claim(
                 f"{term}.{name}", f"d {source[1]} / dt", FAMILY, _column_of(term, name), source=_vector_of(*source),
                 directions=along_motion(engine, source[0], free=term == "forward_rates"), rows=names, functions=(source[0],),
                 size=_rounding_of(function, entry, order, *_of_mass(engine, term, order)),
@@ -57,50 +57,50 @@ def rate_forms(space: Space, engine: Engine) -> list[Form]:
             ))  # fmt: skip
             source = (term, name)
     if "rates" in engine:
-        forms.append(Form(
+        claims.append(Claim(
             "rates.tau", "as inverse_dynamics", FAMILY, _column_of("rates", "tau"),
             second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
         ))  # fmt: skip
     if "forward_rates" in engine:
-        forms.append(Form(
+        claims.append(Claim(
             "forward_rates.vdot", "as forward_dynamics", FAMILY, _column_of("forward_rates", "vdot"),
             second=_column_of("forward_dynamics", "vdot"), second_name="forward_dynamics", rows=space.rows["v"],
         ))  # fmt: skip
-    return forms + _closed(space, engine) + _drivers(engine)
+    return claims + _closed(space, engine) + _drivers(engine)
 
 
-def _closed(space: Space, engine: Engine) -> list[Form]:
+def _closed(space: Space, engine: Engine) -> list[Claim]:
     """Return the forms of the closed matrix form's own claims: tau once more, C v = h, and M' - 2 C skew."""
-    forms = []
+    claims = []
     of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
-        forms.append(Form(
+        claims.append(Claim(
             "rates_closed.tau", "as inverse_dynamics", FAMILY, _column_of("rates_closed", "tau"),
             second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
             size=of_tau[0],
         ))  # fmt: skip
-        forms += [
+        claims += [
             _same("rates_closed", name, "rates", space.rows["v"], of_tau[order])
             for order, name in ((1, "tau_dot"), (2, "tau_ddot")) if "rates" in engine
         ]  # fmt: skip
     if "mass_rates_closed" in engine and "mass_rates" in engine:
-        forms += [
+        claims += [
             _same("mass_rates_closed", name, "mass_rates", _entries(space, name), _rounding_of("mass", "M", order))
             for order, name in ((1, "M_dot"), (2, "M_ddot"))
         ]
     for term in ("coriolis", "coriolis_skew"):
         if term in engine and "coupling" in engine:
-            forms.append(Form(
+            claims.append(Claim(
                 f"{term}.C", "C v = h", FAMILY, _turned(term), second=_column_of("coupling", "h"), second_name="coupling",
                 size=_rounding_of(term, "C", 1, *_of_mass(engine, "rates", 0)), rows=space.rows["v"],
             ))  # fmt: skip
     if "coriolis_skew" in engine and "mass_rates" in engine:
-        forms.append(Form(
+        claims.append(Claim(
             "coriolis_skew.C, skew", "C + C^T = M'", FAMILY, _symmetric, second=lambda engine, state: np.asarray(
                 engine("mass_rates", state)["M_dot"]), second_name="mass_rates", rows=space.rows["v"], columns=space.rows["v"],
             size=_rounding_of("coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(engine, "coriolis", 0)),
         ))  # fmt: skip
-    return forms
+    return claims
 
 
 def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]]:
@@ -131,8 +131,8 @@ def _rate(state: Blocks) -> Array:
     return np.asarray(np.max(sizes, axis=0))
 
 
-def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Callable[[Engine, Blocks], Array]) -> Form:
-    return Form(f"{term}.{name}", f"as {other}", FAMILY, _column_of(term, name), second=_column_of(other, name),
+def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Callable[[Engine, Blocks], Array]) -> Claim:
+    return Claim(f"{term}.{name}", f"as {other}", FAMILY, _column_of(term, name), second=_column_of(other, name),
                 second_name=other, rows=rows, size=size)  # fmt: skip
 
 
@@ -183,9 +183,9 @@ def _column_of(function: str, entry: str) -> Value:
     return lambda engine, state: column(of(engine, state))
 
 
-def _drivers(engine: Engine) -> list[Form]:
+def _drivers(engine: Engine) -> list[Claim]:
     """Return the forms of derivatives of what is prescribed, functions of time alone."""
-    forms = []
+    claims = []
     time = {"t": np.ones((1, 1))}
     if "base_rates" in engine:
 
@@ -198,10 +198,10 @@ def _drivers(engine: Engine) -> list[Form]:
             rows = engine("base_rates", state)["base_rates"]
             return column(rows.reshape(*rows.shape[:-2], -1))
 
-        forms.append(Form("base_rates", "each row from the one before", FAMILY, rates, source=of_base,
+        claims.append(Claim("base_rates", "each row from the one before", FAMILY, rates, source=of_base,
                           directions=lambda _: time, functions=("base", "base_rates")))  # fmt: skip
     if "input_rates" in engine:
         for name, source in (("u_dot", ("inputs", "u")), ("u_ddot", ("input_rates", "u_dot"))):
-            forms.append(Form(f"input_rates.{name}", f"d {source[1]} / dt", FAMILY, _column_of("input_rates", name),
+            claims.append(Claim(f"input_rates.{name}", f"d {source[1]} / dt", FAMILY, _column_of("input_rates", name),
                               source=_vector_of(*source), directions=lambda _: time, functions=(source[0],)))  # fmt: skip
-    return forms
+    return claims
