@@ -1,4 +1,4 @@
-"""Arrays of doubles, and what holds for one number or for many, as all rooms write their types."""
+"""Array types that all rooms share, and predicates that hold for one number or for an array."""
 
 from __future__ import annotations
 

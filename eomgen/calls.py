@@ -1,4 +1,4 @@
-"""Mistakes in calls from Python: arguments, names and attributes that there are not, answered with what is meant.
+"""Error messages for wrong calls from Python: unknown arguments, names and attributes, with the nearest known ones.
 
 Python's own answers (TypeError, KeyError, AttributeError) name what is wrong and not what to try. What is raised here is
 ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may rely on.

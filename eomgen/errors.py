@@ -1,4 +1,4 @@
-"""The exceptions of eomgen: each says where, what, why and what to try, and knows its exit code."""
+"""The exceptions of eomgen: location, problem, reason and suggestion, with one exit code per class."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows that other distributions add to a register: entry points, looked for when a name is none of eomgen's own."""
+"""Register entries of other distributions: entry points, loaded when eomgen has no entry of that name itself."""
 
 from __future__ import annotations
 

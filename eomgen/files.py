@@ -1,4 +1,4 @@
-"""Solutions on disk: written beside and renamed into place, so that a reader never sees half a file."""
+"""Reading and writing of solution files; written under a temporary name and renamed, so never incomplete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Model: a compiled scene, its analyses and its runs, each of which is imported when it is first asked for."""
+"""Model: a compiled scene with its analyses and runs, each imported on first use."""
 
 from __future__ import annotations
 

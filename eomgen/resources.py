@@ -1,4 +1,4 @@
-"""Where the files are that are not Python: templates lie beside the package in a checkout, inside it when installed."""
+"""Location of files that are not Python: templates are beside the package in a checkout, inside it when installed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that the user may give, and how a text of the user is shown in a message."""
+"""Validation of user-given names, and formatting of user text in messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An inertia matrix that is not positive definite: whether masses, a beam or too large a step are to blame."""
+"""Warnings if the inertia matrix is not positive definite, with the cause: masses, a beam, or too large a step."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Indefinite(NamedTuple):
 def indefinite_mass(
     model: CompiledModel, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
 ) -> Indefinite | None:
-    """Return what is to be said of an inertia matrix that is not positive definite at q; None when it is, or is not known.
+    """Return a warning if the inertia matrix at q is not positive definite; None if it is, or is not known.
 
     Parameters
     ----------

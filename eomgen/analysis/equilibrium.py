@@ -1,4 +1,4 @@
-"""Static equilibrium of a compiled model: where it comes to rest, how stable that is, and what nothing determines."""
+"""Static equilibrium of a compiled model: position, stability, and undetermined coordinates."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def equilibrium(
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
-    """Return where a damped motion settles; where internal states do not let it, with states that follow ever more slowly."""
+    """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal states."""
     found = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
@@ -185,7 +185,7 @@ def _distance(statics: Statics, search: Search) -> float:
 
 
 def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Search) -> list[str]:
-    """Say so where a damped motion from the start settles elsewhere, or does not settle."""
+    """Return a note if a damped motion from the start ends at another equilibrium, or at none."""
     if found is damped:
         return []
     if not damped.balanced:
@@ -298,7 +298,7 @@ def _no_stiffness(statics: Statics) -> float:
 
 
 def _failure(model: CompiledModel, statics: Statics, search: Search) -> NumericalError:
-    """Say why there is no equilibrium: nothing holds a coordinate, or the search did not end."""
+    """Return the error: an unrestrained coordinate, violated constraints, or a search that did not converge."""
     point, steps = search.point, search.steps
     acceleration = point.acceleration
     k = int(np.argmax(np.abs(acceleration))) if len(acceleration) else 0

@@ -1,4 +1,4 @@
-"""What is doubtful about a place of rest: springs whose ends passed one another, tyres inside out, ways longer than the scene."""
+"""Warnings about an equilibrium: springs and tyres turned inside out, displacements longer than the scene."""
 
 from __future__ import annotations
 

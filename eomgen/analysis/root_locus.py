@@ -1,4 +1,4 @@
-"""Roots of a model's linear models over a parameter, the state followed from value to value."""
+"""Root locus: eigenvalues of the linear model over a parameter, the reference state followed from value to value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a steady motion has to meet, as values and partials of the compiled functions, and what they are measured by."""
+"""Conditions of a steady motion as residuals with partials, evaluated by the compiled functions, and their scales."""
 
 from __future__ import annotations
 

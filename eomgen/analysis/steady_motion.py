@@ -1,4 +1,4 @@
-"""Steady motions: nothing that acts changes, as of a top in steady precession, a governor, or a wheel that rolls in a circle.
+"""Steady motions (relative equilibria), for example a top in steady precession, a governor, a wheel that circles.
 
 A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. Where these are coordinates on
 which nothing depends, velocities are constant; turns of the whole scene and spins of symmetric bodies are symmetries, too. So the
@@ -194,7 +194,7 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
 
 
 def _found(conditions: Conditions, given: _Given, q: Array, v: Array, z: Array) -> _Search:
-    """Search along symmetries, then with constant velocities; what is not found is said of the first of them that there is."""
+    """Search along symmetries, then with constant velocities; a failure is reported for the first of them that applies."""
     fields = symmetries(conditions, q, z)
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
@@ -412,7 +412,7 @@ def _check_lasting(model: CompiledModel, conditions: Conditions, found: _Search,
 
 
 def _failure(model: CompiledModel, conditions: Conditions, found: _Search, given: _Given, hint: str) -> NumericalError:
-    """Say what is not met: what accelerates, which rows, and which of the velocities given."""
+    """Return the unmet conditions: accelerating components, constraint equations, and given velocities."""
     state = found.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
@@ -434,7 +434,7 @@ def _failure(model: CompiledModel, conditions: Conditions, found: _Search, given
 
 
 def _rows_not_met(model: CompiledModel, linear: _Linear) -> list[str]:
-    """Return what is to be said of the rows of constraints that are farthest from being met."""
+    """Return a clause on the constraint equations with the largest violations."""
     at = linear.at
     sets = [("", at.position, "m or rad"), ("the rate of ", at.velocity, "m/s or rad/s")]
     sets.append(("the acceleration of ", at.acceleration, "m/s^2 or rad/s^2"))

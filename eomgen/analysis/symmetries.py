@@ -1,4 +1,4 @@
-"""Symmetries of a model's equations: ways to move it, and its velocities with it, by which nothing changes that acts on it.
+"""Symmetries of a model's equations: fields of displacements and velocities under which the forces are invariant.
 
 Looked for among the fields X(q) of rigid motions and spins: constant increments e (ignorable coordinates; the spin of a
 symmetric body about its own axis), increments Ad(q^-1) xi of each rotation or pose (motions of the frame that it is seen from),
@@ -115,7 +115,7 @@ def constant(model: CompiledModel, components: Sequence[int], extents: Array) ->
 
 
 def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
-    """Return the symmetries of a model, told by states around q that meet the constraints."""
+    """Return the symmetries of a model, identified at states around q that satisfy the constraints."""
     model = conditions.model
     basis = _candidates(model, conditions.extents)
     rng = np.random.default_rng(1)

@@ -1,4 +1,4 @@
-"""What callers hand in, brought to arrays of doubles of the right shape, or refused with the name of the argument."""
+"""Conversion of arguments to arrays of doubles of the right shape; errors name the argument."""
 
 from __future__ import annotations
 

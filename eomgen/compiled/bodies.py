@@ -1,4 +1,4 @@
-"""Where the bodies of a compiled model are: poses, twists, points, and the Jacobians that take v to their motion."""
+"""Poses, twists and points of the bodies of a compiled model, and their Jacobians with respect to v."""
 
 from __future__ import annotations
 

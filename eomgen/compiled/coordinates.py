@@ -1,4 +1,4 @@
-"""Names and units of the components of q and v, written as formulas write them: ``q.hinge``, ``v.ball[2]``."""
+"""Names and units of the components of q and v, as formulas spell them: ``q.hinge``, ``v.ball[2]``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
 
 
 def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> tuple[list[str], list[str]]:
-    """Return the SI units of all components of q and of v; ``coordinates`` say those of group R."""
+    """Return the SI units of all components of q and of v; ``coordinates`` has those of group R."""
     described = {item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates}
     q_units: list[str] = []
     v_units: list[str] = []

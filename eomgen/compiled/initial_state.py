@@ -1,4 +1,4 @@
-"""Initial states from arrays or from joints by name, checked before anything runs."""
+"""Initial states from arrays or from joint names, validated before a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Internal states of a compiled model: their rates, and the partials by which they and the mechanics act on each other."""
+"""Internal states of a compiled model: their rates, and the partials that couple them to the mechanics."""
 
 from __future__ import annotations
 

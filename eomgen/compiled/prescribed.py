@@ -1,4 +1,4 @@
-"""What the scene of a compiled model prescribes over time: the motion of its base, its inputs, and where they jump."""
+"""Prescribed functions of time of a compiled model: base motion, inputs, and the times of their discontinuities."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_TIMES = 10_000_000
 
 
 class Prescribed:
-    """The part of a model that is about time alone; what is given here can be handed in otherwise at every call."""
+    """The prescribed functions of time of a model; callers can override their values at every call."""
 
     library: Library
     evaluator: Terms

@@ -1,4 +1,4 @@
-"""What is required of tunable parameters, checked wherever a caller gives them, by the rules that the description was read by."""
+"""Validation of tunable parameters at every call, by the requirements of the description."""
 
 from __future__ import annotations
 

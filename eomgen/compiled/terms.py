@@ -1,4 +1,4 @@
-"""One term called with what the user gave: checks, defaults, base, inputs and accelerations where they are needed."""
+"""Evaluation of one term with user arguments: validation, defaults, base, inputs and accelerations where needed."""
 
 from __future__ import annotations
 
@@ -187,13 +187,13 @@ class Terms:
         return components("base", base, self.functions.sizes["base"])
 
     def formula_inputs(self, values: Mapping[str, Array]) -> Array:
-        """Return the inputs that the scene says at ``values["t"]``, 0 where it says nothing."""
+        """Return the inputs that the scene specifies at ``values["t"]``, 0 for others."""
         if "inputs" in self.functions:
             return self.functions("inputs", values)[0]
         return np.zeros((*values["t"].shape, len(self.input_names)))
 
     def inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
-        """Return inputs as (..., nu); those that are not given are what ``formula_inputs`` says."""
+        """Return inputs as (..., nu); those that are not given are those of ``formula_inputs``."""
         if u is not None and not isinstance(u, Mapping):
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)

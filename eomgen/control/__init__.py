@@ -1,3 +1,3 @@
-"""Feedback for second-order models M q'' + C q' + K q = B u, from matrices alone: NumPy and SciPy, nothing of scenes."""
+"""Feedback design for second-order models M q'' + C q' + K q = B u from matrices alone (NumPy and SciPy)."""
 
 __all__ = ["modal", "placement", "plant", "riccati", "weights"]

@@ -1,4 +1,4 @@
-"""Independent modal space control: every mode has its own feedback, in closed form.
+"""Independent modal space control: one feedback law per mode, in closed form.
 
 A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L. Meirovitch and
 H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982; there without damping)

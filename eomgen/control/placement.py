@@ -1,4 +1,4 @@
-"""Poles put where they are wanted, by feedback of positions and velocities (SciPy's robust placement, in scaled units)."""
+"""Pole placement by feedback of positions and velocities (SciPy's robust placement, in scaled units)."""
 
 from __future__ import annotations
 

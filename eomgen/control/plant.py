@@ -1,4 +1,4 @@
-"""A linear plant in second-order form, M q'' + C q' + K q = B u, and how its motion is brought to numbers near one."""
+"""A linear plant in second-order form, M q'' + C q' + K q = B u, and its scaling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which modes no actuator moves, and which no weight sees: the test of Popov, Belevitch and Hautus in second-order form.
+"""Uncontrollable modes and modes without cost: the Popov-Belevitch-Hautus test in second-order form.
 
 A mode with eigenvalue s is out of reach where [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold, Controllability and
 observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic Control 29, 1984).

@@ -1,4 +1,4 @@
-"""Stationary motion under a road whose velocity is white noise: covariances by Lyapunov's equation.
+"""Stationary covariances under a road whose velocity is white noise, by Lyapunov's equation.
 
 An ISO 8608 road of roughness G_d(n0) at the reference wavenumber n0 has, at the speed V, the one-sided spectral density of its
 vertical velocity 4 pi^2 n0^2 G_d(n0) V, at all frequencies the same; half of it is the intensity in Lyapunov's equation.

@@ -1,4 +1,4 @@
-"""The cost of a motion, J = int x^T Q x + 2 x^T S u + u^T R u dt with x = [q, v], built up from what the user cares about."""
+"""The quadratic cost J = int x^T Q x + 2 x^T S u + u^T R u dt with x = [q, v], assembled from weighted outputs."""
 
 from __future__ import annotations
 

@@ -1,3 +1,3 @@
-"""Formulas as small trees, and curves: evaluation, recording on the tape, where they jump or bend."""
+"""Formulas as small trees, and curves: evaluation, recording on the tape, discontinuities and kinks."""
 
 __all__ = ["discontinuities", "evaluate", "jumps", "nodes", "piecewise", "prescribed_motion", "recording", "words"]

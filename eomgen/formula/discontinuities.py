@@ -1,4 +1,4 @@
-"""Where signals jump or bend: the times, found in formulas whose curves and comparisons have arguments linear in time."""
+"""Times of jumps and kinks, found in formulas whose curves and comparisons have arguments linear in time."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Breakpoint:
 
 
 def breakpoints(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Breakpoint]:
-    """Yield the corners of a formula, those of curves and comparisons whose arguments are linear in time.
+    """Yield the breakpoints of a formula: those of curves and comparisons whose arguments are linear in time.
 
     Parameters
     ----------

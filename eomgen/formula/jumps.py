@@ -1,9 +1,9 @@
-"""Laws of motion that jump: drives and the base have to be followed, and no force follows a jump of a position or of its rate.
+"""Jumps of prescribed motions, which no finite force can follow: of positions and of their rates.
 
-A law is evaluated with its rate (complex step) on a grid of times, and on both sides of the corners that its formula tells. Where
-it is not straight between two times the interval is halved, again and again: over a smooth law what it bends by falls to a
-quarter, over a jump it stays. A narrow pulse between two times of the grid is found where its corners are comparisons of t, or
-points of curves. Angles count up to whole turns, as they do in the equations.
+A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. Where it is not
+linear between two times the interval is bisected: the deviation from the chord falls to a quarter for a smooth law,
+and stays at a jump. A narrow pulse between two times of the grid is found where its breakpoints are comparisons of t,
+or points of curves. Angles are compared modulo full revolutions, as in the equations.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The parsed form of a user's formula: a small closed set of nodes, data only.
+"""The syntax tree of a user's formula: a small closed set of nodes, data only.
 
 Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``parser.py``.
 """

@@ -1,4 +1,4 @@
-"""A curve: a function of one number with derivatives, as polynomials between breaks; what tables, points and waves become.
+"""Curves: piecewise polynomial functions of one number with derivatives; the form of tables, points and waves.
 
 The quintic spline through points is the one of least integral of the third derivative squared (natural ends), or of given ends.
 """

@@ -1,4 +1,4 @@
-"""Laws of motion, formulas of time that something must follow, and which of them can have no jump."""
+"""Prescribed motions as formulas of time, and which of them must not jump."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "
 
 
 class Law(NamedTuple):
-    """A formula of time that something must follow, with its place for messages, what it says in words, and its unit."""
+    """A formula of time that something must follow, with its location and description for messages, and its unit."""
 
     where: str
     what: str

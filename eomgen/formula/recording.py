@@ -1,4 +1,4 @@
-"""Formulas recorded on the tape; tables are an operation of their own there, bumps and waves what they are made of."""
+"""Recording of formulas on the tape; tables are one tape operation, bumps and waves are elementary operations."""
 
 from __future__ import annotations
 

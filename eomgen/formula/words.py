@@ -1,4 +1,4 @@
-"""Words that formulas and units reserve."""
+"""Reserved words of formulas and units."""
 
 from __future__ import annotations
 

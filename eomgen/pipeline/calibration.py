@@ -176,7 +176,7 @@ def _check_reference(linear: Linearization) -> None:
 def _feedback(
     plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> tuple[Array, str]:
-    """Return the gains of the state [q, v], (m, 2n), and what is to be said of them."""
+    """Return the gains of the state [q, v], (m, 2n), and a description of them."""
     if calibration.method == "lqr":
         weights = _weights(plant, opened, item, calibration, C, D)
         optimal = lqr(plant, weights)
@@ -207,7 +207,7 @@ def _feedback(
 
 
 def _each(numbers: Sequence[float], count: int) -> Array:
-    """Return one number for all, or one for each; modes that there are not are left to be refused by name."""
+    """Return one number for all, or one for each; unknown modes are refused elsewhere, by name."""
     return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
 
 

@@ -1,4 +1,4 @@
-"""What is to be said of a closed loop: its slowest motion, and modes that are not where they were asked for."""
+"""Messages about a closed loop: its slowest motion, and modes that miss the requested poles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Generated C of a scene that starts at static equilibrium: the state of rest is found when the folder is made, not by the C."""
+"""Equilibrium start in generated C: the static equilibrium is found when the folder is made, not by the C."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _LISTED = 12
 
 
 def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Model]) -> Program:
-    """Return a Program that starts where ``simulate`` does at the scene's own parameters, and says so.
+    """Return a Program with the initial state of ``simulate`` at the scene's own parameters, documented in its README.
 
-    Where no equilibrium can be found it starts as the joints say, and a RuntimeWarning as well as its README say that.
+    Without an equilibrium the initial state is that of the joints; a RuntimeWarning and the README report it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a front end is: who derives the equations of documents of one class, and says what they are about.
+"""Front ends: interface to what derives a System and a Description from documents of one class.
 
 Nothing behind a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry points of
 the group ``eomgen.front_ends``.

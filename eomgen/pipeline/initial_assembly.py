@@ -1,4 +1,4 @@
-"""From a derived System to one that can start: redundant constraint rows left out, the initial state consistent."""
+"""Initial assembly: redundant constraint equations removed, the initial state made consistent."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _left_out(system: System, equations: Constrained, q: Array, found: Redundanc
 
 
 def _without_freedom(system: System, equations: Constrained, q: Array, found: Redundancy) -> tuple[list[str], list[str]]:
-    """Return what there is to say where rows leave no velocity free: that drivers prescribe the motion, or that there is none."""
+    """Return a note if the constraints leave no velocity free: the motion is prescribed, or there is none."""
     kept = [row for row in range(len(system.multipliers)) if row not in found.dependent]
     if len(kept) < system.nv:
         return [], []
@@ -128,7 +128,7 @@ def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_
 
 
 def _driven(system: System, row: int) -> bool:
-    """Return whether a row says what moves as time goes by, whatever the base does."""
+    """Return whether a constraint equation prescribes a motion in time, independent of the base."""
     level = row < system.holonomic
     ref = system.functions["constraint" if level else "constraint_velocity"].refs[row]
     return InputSymbol("t", 0) in system.tape.depends_on([ref])

@@ -1,4 +1,4 @@
-"""The road from a description to a running model: load, derive, generate, build."""
+"""The public verbs load, derive, generate and build."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def build(
     terms : sequence of str, optional
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
-        Whose stepper is compiled in, and the one that ``simulate`` takes unless it is told another; the scene's by default.
+        Whose stepper is compiled in, and the one that ``simulate`` uses by default; the scene's by default.
         Others are compiled when ``simulate`` asks for them.
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
@@ -234,7 +234,7 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
 
 
 def _check_terms(terms: Sequence[str] | None) -> None:
-    """Raise UsageError for terms that there are not."""
+    """Raise UsageError for unknown terms."""
     if isinstance(terms, str):
         raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f'terms=["{terms[:64]}"]')
     unknown = [name for name in terms or () if name not in TERMS]

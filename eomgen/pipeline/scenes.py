@@ -1,4 +1,4 @@
-"""The front end of Scenes: mechanics, with what a scene asks for around its equations."""
+"""The front end of Scenes: mechanics, with initial assembly, gains and redundant constraint equations."""
 
 from __future__ import annotations
 

@@ -1,3 +1,3 @@
-"""What runs and analyses leave: solutions, dense output, plots, tables, animations."""
+"""Results of runs and analyses: solutions, dense output, plots, tables, animations."""
 
 __all__ = ["animation", "dense_output", "linear_files", "linear_plots", "plots", "scenery", "solution"]

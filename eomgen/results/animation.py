@@ -1,4 +1,4 @@
-"""Animations: a solution's motion and scenery packed into one HTML file that plays anywhere and asks nobody for anything.
+"""Animations: motion and scenery of a solution in one self-contained HTML file without network access.
 
 Everything that the user named reaches the page as JSON in a block of data, where no text can end the block or become code.
 """

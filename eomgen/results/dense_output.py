@@ -1,4 +1,4 @@
-"""States between the recorded rows of a solution, on the manifold and to the order of the method.
+"""Dense output: states between the samples of a solution, on the manifold and to the order of the method.
 
 The family of the method says which (``dense_output`` of ``integrators.families.family``). ``steps``, with the model at hand:
 states of the method itself, a step from the row before. Otherwise a quintic in the algebra gives q, and with ``hermite_5`` v.

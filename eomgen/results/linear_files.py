@@ -1,4 +1,4 @@
-"""A linear model as files and as JSON data: modes, matrices, roots over a parameter, responses."""
+"""Files and JSON data of a linear model: modes, matrices, root locus, frequency responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a linear model as PNG: shapes of modes, roots over a parameter, frequency responses."""
+"""Figures of a linear model as PNG: mode shapes, root locus, frequency responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture shows, as plain data: solids, links between joints, points, springs, and which way is up."""
+"""Scenery of a picture as plain data: solids, links between joints, points, springs, and the vertical."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Seen(NamedTuple):
-    """What a picture of a run needs: pose of each body (nt, 7), and what ``scenery.scenery`` says."""
+    """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``."""
 
     poses: Mapping[str, Array]
     scenery: Mapping[str, Any]
@@ -40,7 +40,7 @@ def seen(model: CompiledModel, t: Array, q: Array, p: Array) -> Seen:
 
 
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:
-    """Return what is to be seen at these values of its tunable parameters, as JSON types.
+    """Return the scenery at these values of the tunable parameters, as JSON types.
 
     Positions are in the frames of the bodies that are named beside them; ``base`` and ``world`` count as bodies. ``links`` are
     the places of a body that its drawing ties to its frame: joints, ends of springs, constraints.

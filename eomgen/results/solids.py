@@ -1,4 +1,4 @@
-"""What stands for a body in a picture: the homogeneous solid that has its mass, centre and inertia."""
+"""Equivalent solid of a body for pictures: the homogeneous solid of the same mass, centre and inertia."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solution: what a simulation gives, how it ended, and its two file formats."""
+"""Solution: the result of a simulation, its outcome, and its two file formats."""
 
 from __future__ import annotations
 

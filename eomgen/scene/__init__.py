@@ -1,4 +1,4 @@
-"""What the user writes, read and checked: scene files, URDF, formulas, and the Scene they become."""
+"""Scene descriptions, read and validated: scene files, URDF, formulas, and the Scene."""
 
 __all__ = [
     "bodies", "builder", "control", "document", "forces", "geometry", "joint_types",

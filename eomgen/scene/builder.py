@@ -1,4 +1,4 @@
-"""A scene from Python: the same data as a scene file, entered by calls and checked by the same road."""
+"""SceneBuilder: a scene from Python calls, with the data and the validation of a scene file."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class SceneBuilder:
     ) -> Self:
         """Put another scene file, or a URDF, into the scene: its names after ``prefix``, its base on ``parent``.
 
-        The path starts in the current folder; ``prefix`` is the name and ``_`` where nothing is said. ``parameters`` go in
+        The path starts in the current folder; ``prefix`` is the name and ``_`` by default. ``parameters`` go in
         place of those of the file. ``root``, ``lock`` and ``limits`` are for URDF.
         """
         return self._enter(
@@ -111,7 +111,7 @@ class SceneBuilder:
         record_every: int | None = None,
         start: str | None = None,
     ) -> Self:
-        """Set what ``simulate`` does when not told otherwise (steps and durations in seconds)."""
+        """Set the defaults of ``simulate`` (steps and durations in seconds)."""
         return self._enter(
             "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, alpha=alpha, beta=beta, gamma=gamma,
             tolerance=tolerance, order=order, record_every=record_every, start=start,
@@ -284,7 +284,7 @@ class SceneBuilder:
         description: str = "",
         **shape: Any,
     ) -> Self:
-        """Add an input; what is said of it is its value unless the caller hands in another.
+        """Add an input; the given formula is its value unless the caller specifies another.
 
         ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of class (A to
         H, ISO 8608), table, points and bump; ``shape`` is one of table, points and wave, with interpolation and outside.

@@ -1,4 +1,4 @@
-"""The types of joints and constraints, one row each: a chain of elementary motions, and what does not follow from it.
+"""The register of joint and constraint types: each is a chain of elementary motions with further properties.
 
 All that the package knows of a type follows from its row: sizes, group and units of coordinates, limits, initial states, keys,
 rows and frames as a constraint, drawing. A new type is a row here and its name in ``JointType``, and in ``ConstraintType`` unless

@@ -1,4 +1,4 @@
-"""Scenes from files of every kind, and from data of the form of a scene file."""
+"""Loading of Scenes from files of every source, and from nested data."""
 
 from __future__ import annotations
 

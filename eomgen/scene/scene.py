@@ -1,4 +1,4 @@
-"""The Scene: what the user described, checked and in SI units, ready for mechanics.
+"""The Scene: a validated description in SI units, the input of mechanics.
 
 All vectors are tuples of formulas; a plain number is a ``Number``. Where a field may hold a formula, its comment says of what.
 Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is the world when

@@ -1,4 +1,4 @@
-"""Checkpoints: the whole memory of a stepper on disk, from which a run goes on with the bits that it would have had.
+"""Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically.
 
 State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the factors
 and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one compiled library.

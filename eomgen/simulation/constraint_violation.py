@@ -1,4 +1,4 @@
-"""The largest violation of the holonomic constraints over the rows of a run, relative to the size of the machine."""
+"""The largest violation of the holonomic constraints over the samples of a run, relative to the mechanism size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs over time: numbers, functions of t and tables on the step grid become the rows that the compiled stepper reads."""
+"""Inputs over time: numbers, functions of t and tables on the step grid, sampled for the compiled stepper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run that goes on from a checkpoint, to the same bits as if it had never stopped."""
+"""Continuation of a run from a checkpoint, bit-identical to an uninterrupted run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run that has been checked: all that stepping it, reporting on it, and going on with it later need."""
+"""A validated run: the data for stepping, reporting and resuming it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Validation of simulation settings, and what a run needs before its first step."""
+"""Validation of simulation settings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a run comes near positions at which its constraints are singular: branches of configurations cross there.
+"""Samples of a run near singular positions of the constraints, where branches of configurations cross.
 
 A parallelogram that lies flat is one: from there it may go on as a parallelogram or crossed over. What the constraints say in one
 direction vanishes, so multipliers grow without bound and corrections lose their digits as the position comes near.

@@ -1,4 +1,4 @@
-"""The compiled time loop, run in chunks of a tenth of a second so that progress shows and Ctrl-C is heard."""
+"""The compiled time loop, run in chunks of a tenth of a second so that progress shows and Ctrl-C works."""
 
 from __future__ import annotations
 

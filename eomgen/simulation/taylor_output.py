@@ -1,4 +1,4 @@
-"""States between recorded rows by the method itself: a Taylor step from the row before, to the tolerance of the run.
+"""States between samples by the method itself: a Taylor step from the sample before, to the tolerance of the run.
 
 Rows are all that a solution keeps. A series from a row is the polynomial that a step would have been, and where a row's spacing
 is longer than one series reaches, the stepper goes on to the next one by itself.

@@ -1,4 +1,4 @@
-"""The times of a run: equal steps from its start, the last one as long as its end asks, and what numbers can tell apart."""
+"""The time grid of a run: equal steps, a shorter last one where needed, and its limits in floating point."""
 
 from __future__ import annotations
 

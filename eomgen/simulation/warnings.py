@@ -1,4 +1,4 @@
-"""Warnings of a run: joints that start beyond their limits, numerical damping that a motion will feel."""
+"""Warnings of a run: joints that start beyond their limits, and noticeable numerical damping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Consistent positions and velocities from a sloppy guess, and the constraint rows that say nothing new.
+"""Consistent positions and velocities from an approximate guess, and redundant constraint equations.
 
 Positions by Gauss-Newton steps of least kinetic size, q <- q exp(-M^-1 B^T (B M^-1 B^T)^+ Phi); velocities by the same
 projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as they do not contradict each other.
@@ -369,7 +369,7 @@ def _long_lever(rows: _Rows, names: Sequence[str], row: int) -> str:
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Which rows say something.
+    """Which constraint equations are independent.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Where a heavily damped motion from a start settles: the stable equilibrium in whose basin the start lies.
+"""The limit of a heavily damped motion: the stable equilibrium in whose basin of attraction the start lies.
 
 With damping that is large and in proportion to the inertias, a motion follows the accelerations of rest: in coordinates of unit
 kinetic energy q' = -imbalance(q, z), and internal states follow their own equations meanwhile, c times as fast as that time runs,
@@ -35,12 +35,12 @@ _TRIALS = 40
 
 
 def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
-    """Return where the damped motion from q and z settles.
+    """Return the equilibrium that the damped motion from q and z reaches.
 
     Parameters
     ----------
     slower : float
-        By how much internal states follow more slowly than is said above.
+        Factor by which the rates of internal states are reduced.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Static equilibrium on a product of groups: forces balance at rest, constraints hold, internal states stand still.
+"""Static equilibrium on a product of Lie groups: balanced forces, satisfied constraints, constant internal states.
 
 In coordinates scaled by the roots of the inertias and reduced to what the constraints leave free, stiffnesses are squared angular
 frequencies and unbalanced forces are accelerations. Here is what is known at a configuration, and when that is rest; the searches

@@ -1,4 +1,4 @@
-"""To an equilibrium along Newton's path, stable or not: steps so short that corrections fall (Deuflhard 2004, section 3.3.3)."""
+"""Equilibria along Newton's path, stable or not, with damped steps (Deuflhard 2004, section 3.3.3)."""
 
 from __future__ import annotations
 

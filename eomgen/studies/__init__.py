@@ -1,4 +1,4 @@
-"""Studies of whole scenes: so far, checks of all closed forms."""
+"""Studies of whole scenes: checks of all closed forms."""
 
 from __future__ import annotations
 

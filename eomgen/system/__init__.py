@@ -1,4 +1,3 @@
-"""The contract between front ends and back ends: named functions on one tape, the register of their names, and what
-they are about."""
+"""The contract between front ends and back ends: System, Description, and the register of terms."""
 
 __all__ = ["description", "signals", "system", "terms"]

@@ -1,4 +1,4 @@
-"""Description: what the rest of the package may know of what a front end read, besides its equations; data only.
+"""Description: what the back end needs besides the equations (names, units, limits, requirements, drawing); data only.
 
 A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are evaluated when
 a run starts or fails, and what can be drawn. Nothing behind it knows what the description was made from.
@@ -225,7 +225,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What ``simulate`` does when the caller does not say otherwise."""
+    """Defaults of ``simulate``."""
 
     method: str = "generalized_alpha"
     step: float = 1e-3
@@ -248,7 +248,7 @@ class Description:
     ----------
     parameters : all of them; tunable ones are arguments of every call
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
-    coordinates : of the factors of group R; what is not said has no unit
+    coordinates : of the factors of group R; unlisted ones have no unit
     joints : the factors that the joints between absolute bodies would have, which measure them; else empty
     base : names of the base's accelerations, which count as disturbances
     laws : what is prescribed over time

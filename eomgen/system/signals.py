@@ -20,7 +20,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Input:
-    """A named input u_k; what the driver hands in unless told otherwise is a formula plus a sum of harmonics.
+    """A named input u_k; its default value is a formula plus a sum of harmonics.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Input:
 
     @property
     def given(self) -> bool:
-        """Whether the scene itself says what the input is."""
+        """Whether the scene itself specifies the input."""
         return self.formula is not None or bool(self.harmonics)
 
 

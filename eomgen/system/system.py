@@ -1,4 +1,4 @@
-"""System: the contract between mechanics and everything behind it.
+"""System: the contract between front ends and back ends.
 
     M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u)
     qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
@@ -125,7 +125,7 @@ class Discontinuity:
 
 @dataclass(frozen=True)
 class Validity:
-    """The times for which a scene says what it needs to say: those of the curve ``name``, for ``input`` or, empty, otherwise."""
+    """The times for which prescribed data are defined: those of the curve ``name``, for ``input`` if given."""
 
     name: str
     input: str

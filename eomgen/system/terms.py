@@ -1,4 +1,4 @@
-"""The register of terms: names, inputs, where each exists, how it is asked for, and what others call it.
+"""The register of terms: names, inputs, conditions of existence, how each is requested, and names elsewhere.
 
 A front end records terms; whoever needs a fact about one asks its row here.
 """

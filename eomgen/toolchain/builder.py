@@ -1,4 +1,4 @@
-"""Sources -> loaded library through the cache: the one door to this folder."""
+"""Builder: sources to a loaded library through the cache; the entry point of the toolchain."""
 
 from __future__ import annotations
 

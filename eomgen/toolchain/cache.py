@@ -1,4 +1,4 @@
-"""A content-addressed store of built libraries: written beside, renamed into place, checked when read, bounded in size.
+"""A content-addressed cache of libraries: atomic renames into place, checksums on reading, bounded size.
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at all.
 Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine`` (damaged entries)
@@ -27,7 +27,7 @@ from eomgen.toolchain.locks import abandoned, claimed, hold
 DEFAULT_LIMIT = 2_000_000_000
 #: Damaged entries, and failed builds, of which the newest are kept for whoever wants to know why.
 KEPT = 8
-#: Seconds after which a build that nobody holds is cleared away: a process needs a moment from making its folder to holding it.
+#: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0
 _META, _TEMPORARY = "entry.json", "tmp-"
 
@@ -136,7 +136,7 @@ class Cache:
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
-        """Move a filled folder to its place, unless somebody else was faster; theirs is as good where it is whole."""
+        """Move a filled folder to its place, unless another process was faster; its entry is kept if complete."""
         target = self.folder / key
         for _ in range(2):
             try:

@@ -1,4 +1,4 @@
-"""Find the C compiler and run it: separate files in parallel, then one link; a failure shows the command and its words."""
+"""Discovery and runs of the C compiler: parallel compilation, one link; errors show the command and its output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Examine what building needs, item by item, and name the command that mends what is broken."""
+"""Checks of the build requirements one by one, with the command that repairs each failure."""
 
 from __future__ import annotations
 

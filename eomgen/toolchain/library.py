@@ -1,4 +1,4 @@
-"""A loaded library: calls its functions on NumPy arrays, checking sizes once; a bound call costs 0.2 us on top of the C."""
+"""A loaded library: its functions on NumPy arrays, sizes checked once; a bound call costs 0.2 us besides the C."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Claims: who is building what, as advisory locks that the kernel lets go of when their holder dies, however it dies.
+"""Advisory file locks on cache entries under construction; the kernel releases them when their process ends.
 
-Where a file system or a system knows no such locks, nobody waits and everybody builds for himself: slower, and as correct.
+Without file locks (by the file system or the operating system), processes build independently: slower, but correct.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ except ImportError:  # pragma: no cover  # not on Windows
 
 @contextlib.contextmanager
 def claimed(file: Path) -> Iterator[None]:
-    """Hold the claim that is this file; wait for as long as somebody else does. The file is gone afterwards."""
+    """Hold the lock on this file, waiting while another process holds it. The file is removed afterwards."""
     descriptor = _taken(file)
     try:
         yield
@@ -35,7 +35,7 @@ def hold(folder: Path) -> int | None:
 
 
 def abandoned(folder: Path) -> bool:
-    """Return whether nobody holds a folder."""
+    """Return whether no process holds the lock on a folder."""
     descriptor = _locked(folder, os.O_RDONLY, wait=False)
     if descriptor is None:
         return False

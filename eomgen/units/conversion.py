@@ -1,4 +1,4 @@
-"""Quantities brought to SI, and their dimensions in words; the only module that imports pint.
+"""Conversion of quantities to SI, and names of dimensions; the only module that imports pint.
 
 A number stays an exact fraction until the last step, so ``"35 mm"`` is the same double as 0.035.
 """

@@ -1,4 +1,4 @@
-"""Texts such as ``300 mm`` that callers hand in for a parameter or an input, which counts in the unit of its label."""
+"""Values with units from Python, such as ``300 mm`` for a parameter, converted to the unit of its label."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Unit strings such as ``250 mm`` or ``2.5 kN/m``, read by a strict grammar of their own.
+"""Parser of unit strings such as ``250 mm`` or ``2.5 kN/m``, with a strict grammar.
 
     quantity := number unit                        unit    := ["1/"] product { "/" term }
     product  := term { ("*" | "." | blank) term }  term    := factor | "(" product ")"

@@ -1,4 +1,4 @@
-"""The units that a scene may use: their names, and what each is made of; nothing of this needs pint.
+"""The table of units of scene files: names and definitions, independent of pint.
 
 Angles are a dimension of their own here, so that a torque is no stiffness, and a frequency no angular speed.
 """

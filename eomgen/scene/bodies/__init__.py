@@ -1,4 +1,4 @@
-"""Rigid bodies and beams: what the user writes, and what they become."""
+"""Rigid bodies and beams: schema, reading, model."""
 
 __all__ = ["beam", "model"]
 #: Open to the other parts of ``scene`` as well.

@@ -1,4 +1,4 @@
-"""Euler-Bernoulli beams: bodies that bend, stretch and twist as far as the scene asks for it.
+"""Euler-Bernoulli beams: bodies with bending, stretch and torsion as requested.
 
 The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its frame is where its joint carries it.
 A material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times elastic coordinates.

@@ -1,4 +1,4 @@
-"""Beams from the written form: a body with the mass of the beam undeformed, and how it deforms.
+"""Reading of beams: a body with the mass of the undeformed beam, and its deformation.
 
 Properties along a beam are formulas times polynomials in s = (x - start) / length; only the formulas may be tunable.
 """
@@ -229,7 +229,7 @@ def _deformation(
 
 
 def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
-    """Return the number of coordinates; check that what is said of a mesh belongs to one."""
+    """Return the number of coordinates; check that mesh keys are used with a mesh only."""
     report = values.report
     meshed = given.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):

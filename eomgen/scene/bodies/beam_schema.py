@@ -1,4 +1,4 @@
-"""The shape of elastic beams in a scene file: what they are made of, and which ways to deform the scene asks for."""
+"""Schema of elastic beams: section, material, and requested deformations."""
 
 from __future__ import annotations
 

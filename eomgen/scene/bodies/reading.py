@@ -1,4 +1,4 @@
-"""Bodies, points fixed in them and the base, from the written form."""
+"""Reading of bodies, body-fixed points and the base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shape of bodies, of points fixed in them, and of the base that carries the tree."""
+"""Schema of bodies, body-fixed points, and the base that carries the tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers and state feedback: what the user writes, and what they become."""
+"""Controllers and state feedback: schema, reading, model."""
 
 __all__ = ["model"]
 #: Open to the other parts of ``scene`` as well.

@@ -1,4 +1,4 @@
-"""Controllers: the section of a scene, and the laws that it becomes."""
+"""Controllers: reading of their section, and the control laws as formulas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shape of what has memory or feeds back: internal states, controllers, and how their gains are found."""
+"""Schema of internal states, controllers and state feedback, and of the calibration of gains."""
 
 from __future__ import annotations
 

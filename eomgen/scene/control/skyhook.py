@@ -1,4 +1,4 @@
-"""Skyhook and groundhook between the points of a spring, as formulas: ideal, or clipped to what a damper can do.
+"""Skyhook and groundhook control of a spring as formulas: ideal, or clipped to the range of a damper.
 
 The laws are those of ``tests.oracles.semi_active``, where their sources are.
 """

@@ -1,4 +1,4 @@
-"""State feedback in a scene: signals, and for each output and signal a gain that is a tunable parameter with its own name."""
+"""State feedback: its signals, and one tunable gain parameter for each output and signal."""
 
 from __future__ import annotations
 
@@ -240,7 +240,7 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
 
 
 def check_known(key: str, table: Mapping[str, object] | None, known: Collection[str], what: str, values: Values) -> None:
-    """Report the names in a table that there are not."""
+    """Report the unknown names in a table."""
     for name in table or ():
         if name in known:
             continue

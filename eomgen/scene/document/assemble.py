@@ -1,4 +1,4 @@
-"""From nested data, as a file or a builder holds it, to a checked Scene; everything wrong is reported at once."""
+"""Assembly of nested data, from a file or a builder, into a checked Scene; all problems are reported together."""
 
 from __future__ import annotations
 

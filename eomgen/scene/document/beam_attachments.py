@@ -1,4 +1,4 @@
-"""Whether the shapes of a beam suit the joint that carries it.
+"""Compatibility of the shape functions of a beam with the joint that carries it.
 
 A joint holds the beam's frame. Where the shapes vanish at the frame's origin, slope included, the frame is fixed in the material
 there, and any joint will do. Where they do not, the material moves against the frame, so the joint has to let the frame move in

@@ -1,4 +1,4 @@
-"""Checks across the entries of a scene: names, references, physical inertias, joints that move nothing, the time grid."""
+"""Checks across the entries of a scene: names, references, physical inertias, immobile joints, the time grid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The JSON Schema of scene files, for editors: what pydantic makes of the schema, with units and scopes, in draft 4."""
+"""The JSON Schema of scene files, for editors: pydantic's schema with units and scopes, in draft 4."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ SECTIONS = (
 
 
 class Simulation(Table):
-    """What ``simulate`` does when it is not told otherwise."""
+    """The defaults of ``simulate``."""
 
     method: str = key("see below", "generalized_alpha", kind="name")
     step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")

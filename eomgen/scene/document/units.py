@@ -1,4 +1,4 @@
-"""Unit strings in the data of a scene, brought to SI key by key as the schema says, before anything else is read.
+"""Conversion of unit strings in scene data to SI, by the unit of each key, before any other validation.
 
 What cannot be converted is reported and becomes a ``Refused`` text, about which nobody complains again.
 """

@@ -1,4 +1,4 @@
-"""Nested data brought to a Document, entry by entry: what cannot be taken is explained and left out, the rest goes on."""
+"""Validation of nested data entry by entry: invalid entries are reported and skipped."""
 
 from __future__ import annotations
 

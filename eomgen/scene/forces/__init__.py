@@ -1,4 +1,4 @@
-"""Forces and force elements: what the user writes, and what they become."""
+"""Forces and force elements: schema, reading, model."""
 
 __all__ = ["model"]
 #: Open to the other parts of ``scene`` as well.

@@ -1,4 +1,4 @@
-"""Springs, forces, efforts, bushings and tyres of a scene, read."""
+"""Reading of springs, forces, efforts, bushings and tyres."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shape of what pushes: springs, forces and efforts, stops and dry friction of joints, bushings, tyres."""
+"""Schema of force elements: springs, forces, efforts, joint stops and dry friction, bushings, tyres."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The names of an included file: its formulas are read in its own words, and their symbols renamed in the tree that was read.
+"""Namespaces of included files: formulas are parsed in the names of their file, then their symbols are renamed.
 
 So a message quotes what the file says, and no text is ever edited.
 """

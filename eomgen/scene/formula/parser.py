@@ -1,4 +1,4 @@
-"""A user's formula, read into a small closed set of nodes through a whitelist over Python's syntax tree; nothing is ever run.
+"""Parser of a user's formula: a whitelist over Python's syntax tree gives a closed set of nodes; no evaluation.
 
 Every identifier gets a prefix before the text is parsed, so Python's and C's keywords are ordinary names here;
 only ``if else and or not`` are words of the language.

@@ -1,4 +1,4 @@
-"""Which names a formula may mention, and which kinds of quantities are allowed where."""
+"""Scopes of formulas: permitted names, and permitted kinds of quantities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text of a formula made ready for Python's parser: whitelisted tokens only, every name prefixed, columns remembered."""
+"""Tokens of a formula for Python's parser: whitelisted tokens only, every name prefixed, columns recorded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rotations and mass properties as numbers; knows nothing of scenes."""
+"""Rotations and mass properties as numbers, independent of scenes."""
 
 __all__ = ["rotations"]
 #: Open to the other parts of ``scene`` as well.

@@ -1,4 +1,4 @@
-"""Mass properties of bodies, and whether they can belong to a real one.
+"""Mass properties of bodies, and whether they are physical.
 
 Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent
 inertial parameter identification", IEEE RA-L 3(1), 2018.

@@ -1,4 +1,4 @@
-"""Joints, their frames, limits and followers, and constraints: what the user writes, and what they become."""
+"""Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
 
 __all__ = ["constraint_model", "model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.

@@ -1,4 +1,4 @@
-"""Constraints between bodies: what closes a loop, and what joints become in absolute coordinates."""
+"""Constraints between bodies: loop closures, and the joints of absolute coordinates."""
 
 from __future__ import annotations
 

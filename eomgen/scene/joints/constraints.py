@@ -1,4 +1,4 @@
-"""Constraints from the written form: what each type may carry, and what its equations use of its two frames.
+"""Reading of constraints: permitted keys of each type, and what its equations use of the two frames.
 
 Nothing is ever taken from the initial state, which need not close the loop.
 """

@@ -1,4 +1,4 @@
-"""How far a joint has moved its child, and how it can move it further, in numbers: what checks of a scene need of its joints."""
+"""Displacement of a child body by its joint and its motion subspace, as numbers, for checks of a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shape of rotations and frames, which several sections of a scene file take, and units by coordinate of a joint."""
+"""Schema of rotations and frames, which several sections share, and of units by joint coordinate."""
 
 from __future__ import annotations
 

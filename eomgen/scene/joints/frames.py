@@ -1,4 +1,4 @@
-"""Frames from the written form: where they are and which way their axes point, for constraints and bushings.
+"""Reading of frames, their positions and axes, for constraints and bushings.
 
 Two axes say nothing about the angle between two bodies. So where that angle matters, a frame given by its axis needs an
 ``x_axis`` too: the frame's x is the part of it across the axis.

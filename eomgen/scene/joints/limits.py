@@ -1,4 +1,4 @@
-"""Stops and dry friction of joints from the written form, and what is wrong with them."""
+"""Reading of joint stops and dry friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints that follow others: whom they can follow."""
+"""Mimic joints: which joints can be leaders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The joints of a scene: their types with numbers of coordinates, their placement, and what acts in them."""
+"""The joints of a scene: types, coordinates, placement, and forces in them."""
 
 from __future__ import annotations
 

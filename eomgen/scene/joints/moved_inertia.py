@@ -1,4 +1,4 @@
-"""Whether the outermost joints of a tree move any inertia, alone or with the joints that follow them: else M is singular."""
+"""Whether the outermost joints of a tree move inertia, alone or with their mimic joints; otherwise M is singular."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints from the written form: what each type may carry, its constant placement and its initial state."""
+"""Reading of joints: permitted keys of each type, constant placement, and initial state."""
 
 from __future__ import annotations
 

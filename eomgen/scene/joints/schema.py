@@ -1,4 +1,4 @@
-"""The shape of what binds bodies: joints with their initial state, and constraints that close loops."""
+"""Schema of joints with their initial state, and of loop-closing constraints."""
 
 from __future__ import annotations
 

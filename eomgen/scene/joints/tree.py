@@ -1,4 +1,4 @@
-"""The tree of joints: every body carried once, all of it hanging from the base, and an order with parents first."""
+"""The joint tree: one joint per body, rooted at the base, ordered with parents first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints whose motion no inertia resists because of what lies beyond them, as of a free root link without mass.
+"""Joints whose motion meets no inertia because of the bodies they carry, such as a free massless root link.
 
 A joint that carries nothing is refused where it stands (``moved_inertia``). Here it carries something, but joints beyond it
 can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position. Elimination by

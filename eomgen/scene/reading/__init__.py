@@ -1,4 +1,4 @@
-"""Reading one key: its kind, its value as a formula, what it must be, and the report of all problems."""
+"""Reading of one key: its kind, its formula, its requirement, and the report of problems."""
 
 __all__ = ["report", "rotations"]
 #: Open to the other parts of ``scene`` as well.

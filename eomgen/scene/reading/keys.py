@@ -1,4 +1,4 @@
-"""What a key of a scene file means, said once: its unit, the names its formulas may use, what it refers to, and in words.
+"""Metadata of scene keys, one place for each: unit, scope of formulas, reference, and description.
 
 The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene.md`` all read this.
 """

@@ -1,4 +1,4 @@
-"""Kinds of values in a scene file: numbers, formulas, lists of them, inertias; each refuses the rest in plain words."""
+"""Kinds of scene values: numbers, formulas, lists, inertias; each rejects other values with a message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The data of a scene file with all that it includes, as ``include`` makes them and as they enter the cache key."""
+"""Scene data with its included files, as ``include`` makes them and as they enter the cache key."""
 
 from __future__ import annotations
 

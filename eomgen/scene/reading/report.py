@@ -1,4 +1,4 @@
-"""Problems gathered under dotted keys, so that a description is refused once, with everything that is wrong in it."""
+"""Report of problems by dotted key, so that one error lists all of them."""
 
 from __future__ import annotations
 

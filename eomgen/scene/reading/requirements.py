@@ -1,4 +1,4 @@
-"""What the values of a scene must be: one table, which a scene is checked by when it is read, and parameters at every call.
+"""Requirements of scene values, one table for the validation of a scene and of parameters at every call.
 
 A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to formulas: at
 the default parameters at once, and, where tunable parameters decide, by a ``Requirement`` that the scene keeps.

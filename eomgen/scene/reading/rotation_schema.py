@@ -1,4 +1,4 @@
-"""Schema of rotations: a list of turns about axes, or one quaternion."""
+"""Schema of rotations: a list of rotations about axes, or one quaternion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A rotation as a scene holds it: an axis and an angle, which may be a formula."""
+"""Rotations of a scene: an axis and an angle, which may be a formula."""
 
 from __future__ import annotations
 

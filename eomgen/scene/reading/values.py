@@ -1,4 +1,4 @@
-"""The values of a scene's keys: formulas read in their scope, and their numbers at the default parameters."""
+"""Values of scene keys: formulas parsed in their scope, and their numbers at the default parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters, inputs, states, curves, roads and outputs as the user writes them; they become ``system.signals``."""
+"""Parameters, inputs, internal states, curves, roads and outputs of a scene, read into ``system.signals``."""
 
 __all__ = []
 #: Open to the other parts of ``scene`` as well.

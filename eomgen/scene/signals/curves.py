@@ -1,4 +1,4 @@
-"""The curves of a scene as it is written: points, tables, waves, bumps and roads, brought to one form."""
+"""Reading of curves: points, tables, waves, bumps and roads, converted to one form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs, internal states and outputs of a scene, read."""
+"""Reading of inputs, internal states and outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random road profiles as sums of harmonics, so that a road is a smooth formula of time, the same in Python and in C.
+"""Random road profiles as sums of harmonics, so that a road is the same smooth formula of time in Python and C.
 
 ISO 8608:2016: one-sided displacement spectrum G(n) = G(n0) (n / n0)^-2 over the spatial frequency n, n0 = 0.1 cycle/m, with the
 geometric mean of G(n0) for each class.

@@ -1,4 +1,4 @@
-"""The shape of signals in a scene file: curves through points, tables, waves, bumps and roads, and the inputs made of them."""
+"""Schema of signals: curves through points, tables, waves, bumps, roads, and inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points from a CSV file: two columns, chosen by their titles or numbers; whatever is wrong is said with file and line."""
+"""Points from two columns of a CSV file, chosen by title or number; errors name file and line."""
 
 from __future__ import annotations
 

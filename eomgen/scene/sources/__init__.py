@@ -1,4 +1,4 @@
-"""Where descriptions come from: TOML with included files, XML, URDF, and what other distributions read."""
+"""Sources of descriptions: TOML with included files, XML, URDF, and those of other distributions."""
 
 __all__ = ["register", "source"]
 #: Open to the other parts of ``scene`` as well.

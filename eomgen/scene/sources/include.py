@@ -1,4 +1,4 @@
-"""Other files as parts of a scene: their entries under a prefix, their base on a body of the scene.
+"""Inclusion of files: their entries under a prefix, their base on a body of the scene.
 
 A part is read as data with its values in SI; then its names and references are renamed as the schema says of each key, while
 its formulas keep their text and take their namespace along.

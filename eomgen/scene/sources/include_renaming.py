@@ -1,4 +1,4 @@
-"""The data of an included file in the names of the file that includes it, key by key as the schema says."""
+"""Renaming of the data of an included file into the names of the including file, key by key."""
 
 from __future__ import annotations
 

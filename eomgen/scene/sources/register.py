@@ -89,5 +89,5 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
 
 
 def _differs(value: object, default: object) -> bool:
-    """Return whether an option was told something; an empty list is none, of whatever type."""
+    """Return whether an option was specified; an empty list counts as unspecified, whatever its type."""
     return bool(value) if default == () else value != default

@@ -1,4 +1,4 @@
-"""What a kind of file gives to a scene: the row of the register of sources."""
+"""Source: one row of the register of sources."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Read:
 
 @dataclass(frozen=True)
 class Option:
-    """What a source may be told besides the file; a default of ``()`` stands for a list of names."""
+    """An option of a source; a default of ``()`` stands for a list of names."""
 
     name: str
     default: str | bool | tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Text files of the user: bounded in size, UTF-8, and how messages show their names."""
+"""User text files: bounded in size, UTF-8, and their names in messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The line of every key of a TOML text, found by a scan that trusts the text to be valid TOML (tomllib has read it before)."""
+"""Line numbers of the keys of a TOML text, by a scan that relies on valid TOML (tomllib has parsed it before)."""
 
 from __future__ import annotations
 

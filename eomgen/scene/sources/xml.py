@@ -1,4 +1,4 @@
-"""XML into plain elements that know their line and what of them was asked for, without document types or unbounded nesting."""
+"""XML parser: plain elements that record line numbers and reads, without document types or unbounded nesting."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Element:
 
     @property
     def unread_attributes(self) -> Sequence[str]:
-        """What nobody asked for, but for declarations of name spaces, which belong to XML and not to the format."""
+        """Unread attributes, without namespace declarations, which belong to XML and not to the format."""
         names = (name for name in self._attributes if name not in self._asked)
         return tuple(name for name in names if name != "xmlns" and not name.startswith("xmlns:"))
 

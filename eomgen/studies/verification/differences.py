@@ -28,7 +28,7 @@ _HELD = 2**23
 
 @dataclass(frozen=True)
 class Differences:
-    """What differences say of one form at states (S), entry by entry (R, C).
+    """Finite differences of one closed form at states (S), entry by entry (R, C).
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
 
 def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
     """Return what the last place of a state's largest number is worth, (S, 1, 1): smaller changes go unnoticed."""
-    assert claim.source is not None  # said for mypy: only forms that are compared with differences come here
+    assert claim.source is not None  # for mypy: only claims that are compared with differences come here
     with np.errstate(all="ignore"):
         largest = np.max(np.abs(np.nan_to_num(claim.source(engine, state))), axis=-1, initial=0.0)
     return np.asarray(2.0 * np.finfo(float).eps * largest[..., np.newaxis, np.newaxis])

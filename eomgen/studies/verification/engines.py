@@ -1,4 +1,4 @@
-"""One set of functions on two engines: the compiled model in doubles, and the tape it was made from in complex numbers.
+"""Engines that evaluate the same functions: the compiled model in doubles, and its tape in complex numbers.
 
 A state is a mapping from input block to array (..., size); ``t`` is a block of size 1 like the others. Motions of a state along
 directions are written once for both: by the groups' exponential for real steps, and to first order for infinitesimal ones.

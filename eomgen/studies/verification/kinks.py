@@ -1,4 +1,4 @@
-"""Where differences notice that a function bends or jumps, and which formula does: remarks, not failures.
+"""Detection of kinks and jumps that invalidate finite differences, and the formulas that cause them.
 
 A derivative on one side is what complex steps and the closed form both give there, and these must agree.
 """
@@ -30,7 +30,7 @@ _NAMED = 4
 
 
 class Remarks:
-    """What is remarked of a form, with the states that it is remarked at."""
+    """Remarks on a closed form, each with the states that it applies to."""
 
     def __init__(self) -> None:
         self._states: dict[tuple[str, str], dict[str, None]] = {}
@@ -57,7 +57,7 @@ def non_smooth_entries(
     claim: Claim, engine: Engine, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...],
     value: Array, finite: Array, found: Differences, sizes: Sizes, remarks: Remarks,
 ) -> Array:  # fmt: skip
-    """Return the entries near which a formula bends or jumps (S, R, C), as far as differences notice, and remark what does."""
+    """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the formula."""
     with np.errstate(all="ignore"):
         off = np.abs(found.best - value) > BARS * found.bar + sizes.differences
     vague = finite & ~(found.bar <= NO_DIGITS * sizes.state)
@@ -89,7 +89,7 @@ def non_smooth_entries(
 def _decided(
     operations: NonSmoothOperations, engine: Engine, here: Blocks, rates: Blocks, state: int, direction: int, step: float
 ) -> list[str]:
-    """Return what is decided in another way a step before or behind a state."""
+    """Return the operations that take another branch a step before or after a state."""
     along = {}
     for name, rate in rates.items():
         of_state = rate[state] if rate.ndim == 3 else rate
@@ -119,7 +119,7 @@ class NonSmoothOperations:
     functions: tuple[str, ...]
 
     def decisions(self, states: Sequence[Blocks]) -> list[str]:
-        """Return what is decided in another way in one of the states than in another, in words.
+        """Return the operations that take different branches at the given states, as text.
 
         Parameters
         ----------
@@ -137,12 +137,12 @@ class NonSmoothOperations:
         return list(dict.fromkeys(found))
 
     def kinks_and_jumps(self) -> list[str]:
-        """Return all that may bend or jump somewhere, whether or not a state is near, in words; tables apart."""
+        """Return the operations that have a kink or jump somewhere, near a state or not, as text; curves apart."""
         found = [(_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER]
         return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in found))
 
     def singular(self, state: Blocks) -> list[str]:
-        """Return functions that are at an argument where their derivative is not bounded, in words."""
+        """Return the functions whose derivative is unbounded at their argument, as text."""
         tape = self.system.tape
         nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
         found = []

@@ -1,4 +1,4 @@
-"""The report of a check: one entry per closed form, in words, as JSON, as a table of errors by step."""
+"""The report of a check: one entry per closed form, as text, as JSON, and as a table of errors by step."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class CheckReport:
     seed : int
     forms : tuple of FormReport
     notes : what was left out, in words
-    corners : functions in formulas that bend or jump somewhere, whether or not one of the states is near
+    corners : functions in formulas with a kink or jump somewhere, whether or not a state is near
     """
 
     scene: str
@@ -115,7 +115,7 @@ class CheckReport:
 
     @property
     def failures(self) -> tuple[FormReport, ...]:
-        """Forms that do not agree, or of which nothing can be said."""
+        """Closed forms that do not agree, or that could not be decided."""
         return tuple(form for form in self.forms if form.verdict != "agrees")
 
     @property
@@ -133,7 +133,7 @@ class CheckReport:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was remarked of each form, each once, with the forms that it was remarked of."""
+        """Remarks on the closed forms, each once, with the names of its closed forms."""
         by_text: dict[str, list[str]] = {}
         for form in self.forms:
             for remark in form.remarks:

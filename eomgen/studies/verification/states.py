@@ -1,4 +1,4 @@
-"""States to check at: along a short simulated motion, and drawn at random around the initial state, on the constraints."""
+"""States of a check: along a short simulated motion, and random around the initial state, on the constraints."""
 
 from __future__ import annotations
 

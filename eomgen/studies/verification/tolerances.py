@@ -1,4 +1,4 @@
-"""How much numbers may differ by before a closed form is called wrong: by what is known of their rounding.
+"""Tolerances of a check: bounds of the rounding errors of the compared numbers.
 
 What is compared exactly (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or column,
 whichever is smaller, by 1e-13 of the largest entry of its state, and by 100 times what rounding of the arguments does to the

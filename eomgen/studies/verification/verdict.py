@@ -1,4 +1,4 @@
-"""One closed form judged: what differs by more than is known of the numbers that it is held against."""
+"""The verdict on one closed form: its entries that differ by more than the error bounds of the reference."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: S
 def _not_numbers(
     claim: Claim, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...], finite: Array, remarks: Remarks
 ) -> list[Disagreement]:
-    """Return the states at which the closed form is not a number though nothing in the formulas says why; remark the others."""
+    """Return the states at which the closed form is not a number without a cause in the formulas; remark the others."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
         found = operations.singular({name: array[k] for name, array in state.items()})

@@ -1,3 +1,3 @@
-"""URDF: its elements, and the scene that they become."""
+"""URDF: its elements, and their conversion to a scene."""
 
 __all__ = ["source"]

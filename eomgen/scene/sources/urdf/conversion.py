@@ -1,4 +1,4 @@
-"""A URDF as a scene: what is fixed is merged, what is not modelled is listed, and the rest takes the road of every scene.
+"""Conversion of a URDF to a scene: fixed joints are merged, unsupported elements listed.
 
 A link's frame is its joint's frame at zero, in URDF as here, so placements are taken over as they are.
 """

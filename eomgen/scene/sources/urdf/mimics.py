@@ -1,4 +1,4 @@
-"""Mimic elements of a URDF: which joints follow others, and which are held because what they follow is.
+"""Mimic elements of a URDF: which joints follow a leader, and which are locked because their leader is.
 
 A joint at rest (fixed, or locked by the user) may be followed too; its follower then rests at multiplier 0 + offset.
 """

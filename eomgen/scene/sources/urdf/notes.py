@@ -1,4 +1,4 @@
-"""What is said of a URDF that was taken over: what was changed, what is doubtful, and what is not modelled."""
+"""Notes on a converted URDF: changes, implausible values, and unsupported elements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each closed form claims: its value, the function it is a derivative of, a second derivation."""
+"""Claims of the closed forms: value, the function it is a derivative of, second derivation."""
 
 __all__ = []
 #: Open to the other parts of ``studies.verification`` as well.

@@ -1,4 +1,4 @@
-"""Closed forms of beams: K, D and K_geo are what the equations of motion lose where beams are not stiff, or do not shorten."""
+"""Claims of beams: K, D and K_geo equal what the equations of motion lose with soft or unshortened beams."""
 
 from __future__ import annotations
 

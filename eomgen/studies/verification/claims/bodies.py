@@ -1,4 +1,4 @@
-"""Closed forms of bodies: twists against poses, accelerations and Jacobians against twists."""
+"""Claims of bodies: twists against poses, accelerations and Jacobians against twists."""
 
 from __future__ import annotations
 

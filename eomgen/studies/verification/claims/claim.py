@@ -1,4 +1,4 @@
-"""What a closed form claims: to be the derivative of another function along some directions, or to equal a second derivation.
+"""Claim: a closed form is the derivative of another function along some directions, or equals a second derivation.
 
 Everything is a first derivative, form upon form: a second one is the derivative of a first that is checked itself.
 """

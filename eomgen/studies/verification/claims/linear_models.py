@@ -1,5 +1,4 @@
-"""Closed forms of linear models about a state: influence of inputs and disturbances, partials of outputs and of constraints'
-accelerations."""
+"""Claims of linear models: partials in inputs, disturbances and states, of outputs and constraint accelerations."""
 
 from __future__ import annotations
 

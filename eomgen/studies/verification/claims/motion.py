@@ -1,4 +1,4 @@
-"""Closed forms of the equations of motion themselves: M, h and b from the kinetic energy, sums of blocks, the balance of energy.
+"""Claims of the equations of motion: M, h and b from the kinetic energy, sums of blocks, the energy balance.
 
 Euler-Poincare equations of the kinetic energy T, left-trivialised: M a + h + b = dp/dt - ad(v)^T p - dT/dq with p = dT/dv.
 """

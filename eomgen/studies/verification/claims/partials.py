@@ -1,4 +1,4 @@
-"""Closed forms of partials: K, C, M, those of internal states and of constraints, and the packed matrices of implicit steps."""
+"""Claims of partials: K, C, M, those of internal states and constraints, and the packed matrices of implicit steps."""
 
 from __future__ import annotations
 

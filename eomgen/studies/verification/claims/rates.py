@@ -1,4 +1,4 @@
-"""Closed forms that are time derivatives along a motion: of tau, of the separated blocks, of the base and of the inputs."""
+"""Claims of time derivatives along a motion: of tau, of the separated blocks, of the base and of the inputs."""
 
 from __future__ import annotations
 
