@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-class Indefinite(NamedTuple):
+class InertiaWarning(NamedTuple):
     """What is wrong with the inertia matrix of a state, and what to try."""
 
     what: str
     hint: str
 
 
-def indefinite_mass(
+def inertia_warning(
     model: CompiledModel, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
-) -> Indefinite | None:
+) -> InertiaWarning | None:
     """Return a warning if the inertia matrix at q is not positive definite; None if it is, or is not known.
 
     Parameters
@@ -36,15 +36,15 @@ def indefinite_mass(
     if smallest is None or smallest > 0.0:
         return None
     what = f"the inertia matrix {where} is not positive definite, its smallest eigenvalue is {smallest:.3g}"
-    beams = beyond_order(model, q, p)
+    beams = beams_beyond_linear_range(model, q, p)
     if beams:
         what += f": this is beyond what order = 1 of beam{'s' * (len(beams) > 1)} {', '.join(beams)} is for"
     if start is not None and _definite(model, start, p):  # the masses are fine, and the state has run away
-        return Indefinite(what, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
-    return Indefinite(what, "order = 2" if beams else "masses and inertias that bodies can have")
+        return InertiaWarning(what, f"a step smaller than {step:.3g} s{', then order = 2' if beams else ''}")
+    return InertiaWarning(what, "order = 2" if beams else "masses and inertias that bodies can have")
 
 
-def beyond_order(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
+def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
     """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
 
     Empty where it is positive definite, or would not be even so.
@@ -56,16 +56,16 @@ def beyond_order(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
         straight[factor.q] = 0.0
     if not factors or _definite(model, q, p) or not _definite(model, straight, p):
         return ()
-    guilty = []
+    causes = []
     for factor in factors:
         alone = straight.copy()
         alone[factor.q] = q[factor.q]
         if not _definite(model, alone, p):
-            guilty.append(factor.name)
-    return tuple(guilty or (factor.name for factor in factors))
+            causes.append(factor.name)
+    return tuple(causes or (factor.name for factor in factors))
 
 
-def beyond_order_in_run(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
+def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
     """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none does.
 
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
@@ -76,7 +76,7 @@ def beyond_order_in_run(model: CompiledModel, t: Array, q: Array, p: Array) -> s
         return ""
     rows = {int(np.argmax(np.linalg.norm(q[:, place], axis=1))) for place in places} | {len(t) - 1}
     for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
-        if beams := beyond_order(model, q[row], p):
+        if beams := beams_beyond_linear_range(model, q[row], p):
             named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
             what = f"at t = {t[row]:.6g} s the deflection of {named} is beyond what order = 1 is for"
             return f"{what}: the inertia matrix is not positive definite; try: order = 2"

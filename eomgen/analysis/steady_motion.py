@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.analysis.definiteness import beyond_order, indefinite_mass
+from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warning
 from eomgen.analysis.equilibrium_warnings import Places
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
 from eomgen.analysis.symmetries import Fields, constant, symmetries
@@ -139,7 +139,7 @@ def steady_motion(
             raise _failure(able, conditions, found, given, _hint(names, found.fields))
         _check_lasting(able, conditions, found, _hint(names, found.fields))
     except np.linalg.LinAlgError:
-        raise _indefinite(able, q, p) from None
+        raise _not_positive_definite(able, q, p) from None
     state = found.state
     able.check_left_out(state.q, state.v, conditions.t, p)
     undetermined = _undetermined(conditions, found, given)
@@ -450,9 +450,9 @@ def _rows_not_met(model: CompiledModel, linear: _Linear) -> list[str]:
     return [text for _, text in sorted(found, key=lambda item: -item[0])[:_ROWS]]
 
 
-def _indefinite(model: CompiledModel, q: Array, p: Array) -> ModelError:
-    start = indefinite_mass(model, q, p, where="where the search starts")
-    if start is not None and beyond_order(model, q, p):
+def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelError:
+    start = inertia_warning(model, q, p, where="where the search starts")
+    if start is not None and beams_beyond_linear_range(model, q, p):
         return ModelError(Problem("steady motion", start.what, start.hint))
     what = "the inertia matrix is singular where the search came to"
     hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"

@@ -1,4 +1,4 @@
-"""``eomgen animate``: a scene's motion, or a stored one, as a page for the browser."""
+"""``eomgen animate``: an HTML animation of a scene or of a stored solution."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 #: Functions with corners that are named, of many.
-_CORNERS = 20
+_NAMED = 20
 
 
 @click.command()
@@ -83,8 +83,8 @@ def _print(report: CheckReport) -> None:
     for note in (*report.remarks, *report.notes):
         say(note)
     if report.corners:
-        more = len(report.corners) - _CORNERS
-        say(f"not smooth everywhere: {', '.join(report.corners[:_CORNERS])}{f' and {more} more' if more > 0 else ''}")
+        more = len(report.corners) - _NAMED
+        say(f"not smooth everywhere: {', '.join(report.corners[:_NAMED])}{f' and {more} more' if more > 0 else ''}")
     say(report.summary)
 
 

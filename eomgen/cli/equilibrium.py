@@ -1,4 +1,4 @@
-"""``eomgen equilibrium``: where a scene comes to rest, how stable that is, and what nothing determines."""
+"""``eomgen equilibrium``: static equilibrium of a scene, its stability, and undetermined coordinates."""
 
 from __future__ import annotations
 

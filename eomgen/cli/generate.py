@@ -1,4 +1,4 @@
-"""``eomgen generate``: the folder of C that stands alone."""
+"""``eomgen generate``: the self-contained folder of C code."""
 
 from __future__ import annotations
 

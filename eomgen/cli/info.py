@@ -1,4 +1,4 @@
-"""``eomgen info``: what a scene needs, what it does without, and what each function costs."""
+"""``eomgen info``: requirements of a scene, simplifications, and the cost of each function."""
 
 from __future__ import annotations
 

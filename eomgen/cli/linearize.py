@@ -1,4 +1,4 @@
-"""``eomgen linearize``: modes and stability of a scene's linear model, its matrices, roots over a parameter, responses."""
+"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, frequency responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``eomgen schema`` and ``eomgen doctor``: what a scene file may hold, and whether this machine can build."""
+"""``eomgen schema`` and ``eomgen doctor``: the JSON Schema of scene files, and checks of the build requirements."""
 
 from __future__ import annotations
 

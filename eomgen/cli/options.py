@@ -1,4 +1,4 @@
-"""Options that several verbs share, and the numbers that users write behind ``name=``."""
+"""Options that several verbs share, and the parser of ``name=value``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Printing: data to stdout as tables or JSON, talk to stderr."""
+"""Output: data to stdout as tables or JSON, messages to stderr."""
 
 from __future__ import annotations
 

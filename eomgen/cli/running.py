@@ -1,4 +1,4 @@
-"""One run as the command line asks for it: the scene read, the model built, the steps taken, with progress where one looks on."""
+"""One run of the command line: the scene is read, the model built and simulated, with progress on a terminal."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ def _method_of(file: str, given: dict[str, Any]) -> str:
     """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
     from eomgen.simulation.checkpoint import Checkpoint  # noqa: PLC0415
 
-    settled = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
-    if settled:
+    fixed = [f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None]
+    if fixed:
         what = "the run that goes on has its method, step and rows settled"
-        raise UsageError(Problem(", ".join(settled), what, "--resume without them; --t-end may be later"))
+        raise UsageError(Problem(", ".join(fixed), what, "--resume without them; --t-end may be later"))
     return str(Checkpoint.load(Path(file)).run["method"])
 
 

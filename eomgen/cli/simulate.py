@@ -1,4 +1,4 @@
-"""``eomgen simulate``: run, save, draw, and say how it went."""
+"""``eomgen simulate``: run, save and plot, and report the outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What constraints leave free of small motions about a moving state, in independent coordinates x and velocities y.
+"""Independent coordinates x and velocities y of small motions under constraints about a moving state.
 
     dq = R x,   dv = S y + T x,   da = S ydot + U y + V x,   xdot = N y + W x
 

@@ -1,4 +1,4 @@
-"""Linearization: the linear model of a mechanical system about one state, in second and in first order, by modes, by frequency.
+"""Linearization: the linear model of a mechanical system about a state, of second and first order, modal, by frequency.
 
     M0 x'' + C0 x' + K0 x + Z0 z = B0 u + E0 w
 

@@ -1,4 +1,4 @@
-"""Modes of a state-space matrix: frequency, damping ratio and complex shape of each, and how well rounding lets them be known.
+"""Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors.
 
 An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x| (Wilkinson
 1965). For the double zero of a motion that nothing opposes that is the square root of the precision.

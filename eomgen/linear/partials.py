@@ -1,4 +1,4 @@
-"""All partials of a constrained mechanical system with internal states at one state, as arrays; what is not there is empty.
+"""All partials of a constrained mechanical system with internal states at one state; absent blocks are empty.
 
     M da + C dv + K dq + Rz dz + J^T dlam = B du + E dw            dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
     J dv + Z dq = 0,  J da + Av dv + Aq dq = 0                      dy = Yq dq + Yv dv + Ya da + Yz dz + Ylam dlam + Yu du + Yw dw

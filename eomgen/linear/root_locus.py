@@ -1,4 +1,4 @@
-"""Eigenvalues of a linear model over a parameter, each followed from value to value."""
+"""Root locus: eigenvalues of a linear model over a parameter, each followed from value to value."""
 
 from __future__ import annotations
 

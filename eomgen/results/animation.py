@@ -20,7 +20,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
-from eomgen.results.scenery import Seen
+from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
 #: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes of them.
@@ -40,7 +40,7 @@ class Animated(Protocol):
     @property
     def metadata(self) -> Mapping[str, Any]: ...
     @property
-    def seen(self) -> Seen: ...
+    def poses_and_scenery(self) -> PosesAndScenery: ...
 
 
 def write_animation(solution: Animated, path: str | Path) -> Path:
@@ -70,9 +70,9 @@ def check_name(path: Path) -> Path:
 
 def animation_page(solution: Animated) -> str:
     """Return the text of the page; see ``write_animation``."""
-    seen = solution.seen
+    poses_and_scenery = solution.poses_and_scenery
     try:
-        data = _packed(solution, seen.poses, seen.scenery)
+        data = _packed(solution, poses_and_scenery.poses, poses_and_scenery.scenery)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         what = f"its poses or its scenery are not what eomgen writes: {type(error).__name__}: {error}"
         raise FileError(Problem("solution", what, "eomgen simulate again")) from None

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-class Seen(NamedTuple):
+class PosesAndScenery(NamedTuple):
     """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``."""
 
     poses: Mapping[str, Array]
@@ -29,14 +29,14 @@ class Seen(NamedTuple):
 BATCH = 8192
 
 
-def seen(model: CompiledModel, t: Array, q: Array, p: Array) -> Seen:
+def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> PosesAndScenery:
     """Return the poses of all bodies, and of the base where it moves, with what else a picture shows."""
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])
     poses = {name: pose[:, index] for index, name in enumerate(model.bodies)}
     if "base" in model.functions:
         poses[BASE] = np.concatenate([model.base(t[part], parameters=p)[:, :7] for part in parts])
-    return Seen(poses, scenery(model.description, dict(zip(model.parameters, p.tolist(), strict=True))))
+    return PosesAndScenery(poses, scenery(model.description, dict(zip(model.parameters, p.tolist(), strict=True))))
 
 
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
-from eomgen.results.scenery import Seen
+from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Solution:
     stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is known
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
-    see : gives what pictures show, when it is first asked for; None where it is not known
+    evaluate_poses : gives poses and scenery on first use; None where they are not known
     between : gives states between rows by the method itself; None where they are interpolated
     evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
     linear : likewise the linear model about a ``State``
@@ -61,7 +61,7 @@ class Solution:
     success: bool = True
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
-    see: Callable[[], Seen] | None = None
+    evaluate_poses: Callable[[], PosesAndScenery] | None = None
     evaluate: Callable[[State], dict[str, Array]] | None = None
     linear: Callable[[State], Linearization] | None = None
     between: Between | None = None
@@ -80,17 +80,17 @@ class Solution:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the model."""
-        self._seen_or_none()
+        self._poses_or_none()
         return {**vars(self), "see": None, "evaluate": None, "linear": None, "between": None}
 
     @cached_property
-    def seen(self) -> Seen:
+    def poses_and_scenery(self) -> PosesAndScenery:
         """Poses and scenery together; see ``poses``."""
-        if self.see is None:
+        if self.evaluate_poses is None:
             what = "it was stored without poses of bodies, so there is nothing to draw"
             hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
             raise UsageError(Problem("solution", what, hint))
-        return self.see()
+        return self.evaluate_poses()
 
     @property
     def poses(self) -> Mapping[str, Array]:
@@ -103,7 +103,7 @@ class Solution:
         UsageError
             The model was built without the term ``poses``, or the file was written without them.
         """
-        return self.seen.poses
+        return self.poses_and_scenery.poses
 
     def animate(self, path: str | Path) -> Path:
         """Write the motion as one HTML file that needs nothing but a browser; see ``results.animation.write_animation``."""
@@ -125,9 +125,10 @@ class Solution:
         """
         path = Path(path)
         if path.suffix == ".npz":
-            seen = self._seen_or_none()
-            poses = {f"poses.{name}": array for name, array in seen.poses.items()} if seen else {}
-            shown = {"scenery": seen.scenery} if seen else {}
+            poses_and_scenery = self._poses_or_none()
+            named = poses_and_scenery.poses if poses_and_scenery else {}
+            poses = {f"poses.{name}": array for name, array in named.items()}
+            shown = {"scenery": poses_and_scenery.scenery} if poses_and_scenery else {}
             write_arrays(path, {**self._arrays(), **poses}, {**self.metadata, **self._outcome(), **shown})
         elif path.suffix == ".csv":
             columns = self.columns()
@@ -168,8 +169,11 @@ class Solution:
             what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
             raise FileError(Problem(str(path), what))
         scenery = metadata.pop("scenery", None)
-        see = None if scenery is None else lambda: Seen(groups["poses"], scenery)
-        return cls(**states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata, see=see)
+        evaluate_poses = None if scenery is None else lambda: PosesAndScenery(groups["poses"], scenery)
+        return cls(
+            **states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata,
+            evaluate_poses=evaluate_poses,
+        )  # fmt: skip
 
     def at(self, t: ArrayLike) -> State:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
@@ -250,12 +254,12 @@ class Solution:
             return np.concatenate([first[head], second[tail]])
 
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
-        def seen() -> Seen:
+        def poses_and_scenery() -> PosesAndScenery:
             poses = {name: joined(self.poses[name], array) for name, array in later.poses.items()}
-            return Seen(poses, later.seen.scenery)
+            return PosesAndScenery(poses, later.poses_and_scenery.scenery)
 
         return replace(
-            later, see=seen, t=joined(self.t, later.t),
+            later, evaluate_poses=poses_and_scenery, t=joined(self.t, later.t),
             q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
             z=joined(self.z, later.z), multipliers=joined(self.multipliers, later.multipliers),
             stats={**later.stats, "wall_time": wall},
@@ -277,9 +281,9 @@ class Solution:
             columns |= {label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))}
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
 
-    def _seen_or_none(self) -> Seen | None:
+    def _poses_or_none(self) -> PosesAndScenery | None:
         try:
-            return self.seen
+            return self.poses_and_scenery
         except EomgenError:  # what cannot be drawn can still be kept
             return None
 

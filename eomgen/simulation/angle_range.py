@@ -1,4 +1,4 @@
-"""Sines and cosines, in formulas and of joints' angles, of arguments beyond the range of compiled code: they are NaN there."""
+"""Sines and cosines of arguments beyond the range of the compiled code, where they are NaN: in formulas and joint angles."""
 
 from __future__ import annotations
 

@@ -93,8 +93,8 @@ class Checkpoint:
             raise ModelError(Problem(str(path), what, "the compiler, flags and machine of the first part; " + hint))
 
 
-class Keeper:
-    """Writes checkpoints of a run when they are due.
+class CheckpointWriter:
+    """Writer of the checkpoints of a run, when they are due.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ from eomgen.arrays import Array
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Parts of the machine, or rad, by which a constraint may be off: beyond the first it is said, beyond the second it failed.
-SAID, FAILED = 1e-6, 1e-3
+#: Parts of the machine, or rad, by which a constraint may be off: the first is reported, the second fails the run.
+REPORTED, FAILED = 1e-6, 1e-3
 #: Last places of what a row adds up that rounding may take.
 _LAST_PLACES = 1e3
 #: Rows of a run that are looked at, spread over all of it.
@@ -53,10 +53,10 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     shares = np.where(violation > rounding, violation / scale, 0.0)
     row, k = np.unravel_index(int(np.argmax(np.nan_to_num(shares, nan=np.inf))), shares.shape)
     share, by = float(shares[row, k]), float(violation[row, k])
-    if share > SAID:
+    if share > REPORTED:
         unit = " m" if lengths[k] else ""
         return Violation(share, f"the constraint {model.multipliers[k]} is off by {by:.3g}{unit} at t = {t[row]:.6g} s")
     between = largest / float(scale.max())
-    if between > SAID and largest > rounding.max():
+    if between > REPORTED and largest > rounding.max():
         return Violation(between, f"constraints are off by up to {largest:.3g} between the rows")
     return None

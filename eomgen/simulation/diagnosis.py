@@ -1,4 +1,4 @@
-"""Why a run stopped, or came to an end that is none: what left the finite numbers first, what speaks against it, what to try."""
+"""Diagnosis of a failed or unreliable run: the first quantity that is not finite, the evidence, and what to try."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eomgen.integrators.methods import Method
 from eomgen.lie import product
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation
-from eomgen.simulation.energy_balance import SAID, Balance
+from eomgen.simulation.energy_balance import REPORTED, Balance
 from eomgen.simulation.growth import Growth
 from eomgen.system.description import Description
 
@@ -65,7 +65,7 @@ def first_non_finite(
 
 def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
     """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
-    if left := left_curves(model.description, values):
+    if left := curves_outside_range(model.description, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
@@ -128,19 +128,19 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
     return ""
 
 
-def doubts(
+def run_warnings(
     statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str,
     violation: Violation | None = None,
 ) -> str:  # fmt: skip
-    """Return what speaks against a run that reached its end, with what to try; empty when nothing does.
+    """Return the warnings about a run that reached its end, with what to try; empty without any.
 
-    ``cause`` looks for a cause other than too large a step, asked only where there are doubts; its text says what to try.
+    ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to try.
     """
     found = []
     halvings = int(statistics.get("halvings", 0))
     if halvings:
         found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
-    if balance.error is not None and balance.error > SAID:
+    if balance.error is not None and balance.error > REPORTED:
         found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
     if violation is not None:
         found.append(violation.what)
@@ -196,8 +196,8 @@ def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     return known[status].format(**settings)
 
 
-def left_curves(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
-    """Return which curves are asked beyond their points, and where; empty where none is known to be.
+def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
+    """Return the curves evaluated outside their range, and where; empty if none is known.
 
     ``values`` are numbers by kind, name and index of a symbol; arguments that need others are left out.
     """

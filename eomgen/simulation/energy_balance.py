@@ -1,4 +1,4 @@
-"""The balance of energy over the rows of a run: d(kinetic + potential)/dt = power + base power holds along every motion.
+"""The energy balance over the samples of a run: d(kinetic + potential)/dt = power + base power.
 
 Where no force has power the total energy is constant, and two rows tell. Elsewhere the work between rows is the integral of the
 power at the rows; every second row left out shows how well they tell it.
@@ -16,7 +16,7 @@ from eomgen.arrays import Array
 
 #: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has failed that
 #: gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
-SAID, FAILED = 0.01, 0.49
+REPORTED, FAILED = 0.01, 0.49
 #: Rows that the integral of a power needs.
 _ROWS = 5
 #: Error of an integral over rows, in times what every second row makes of it.
@@ -93,7 +93,7 @@ def energy_balance(
     pulse = sparse and _FEW * np.sum(off) ** 2 < len(off) * np.sum(off**2)
     if swing <= floor:
         return Balance(0.0)
-    if (error <= uncertain and uncertain > SAID * swing) or (pulse and error > SAID * swing):
+    if (error <= uncertain and uncertain > REPORTED * swing) or (pulse and error > REPORTED * swing):
         return Balance(None, "the rows are too far apart to tell the work in between")
     return _shares(change - work, swing)
 

@@ -1,4 +1,4 @@
-"""Whether the motion of a run grows by its own equations, or because the method is unstable.
+"""Whether the motion of a run grows by its own equations, or by instability of the method.
 
 Every step of two windows at the end of a run is kept, and of one in its middle. Where a velocity and its acceleration have grown
 much from window to window, the last window is taken again in smaller steps, from the state in which it began. Steps that follow
@@ -165,7 +165,7 @@ def _by_method(
     tail, times = min(steps, WINDOW), (window[0, 0], window[-1, 0])
     small, large = (_sizes(run, rows)[0][components] for rows in (before, window[-tail:]))
     found = np.full(len(components), math.inf)
-    settled = np.zeros(len(components), dtype=int)
+    agreeing = np.zeros(len(components), dtype=int)
     moved = _moved(run, window, _ROUNDING)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
@@ -179,10 +179,10 @@ def _by_method(
                 rest = finer[finer.index(parts) :]
                 held, size = _held(run, library, window, components[one], rest, _EQUAL * growth[one])
                 return _described(run, times, components[one], small[one], large[one], step / held, size)
-            settled = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, settled + 1, 0)
-            if np.all(((settled > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
+            agreeing = np.where(np.abs(np.log(coarser / found)) < _EQUAL * growth, agreeing + 1, 0)
+            if np.all(((agreeing > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
-    left = np.flatnonzero((settled == 0) & moved)
+    left = np.flatnonzero((agreeing == 0) & moved)
     if finer is _FINER_OF_SLOW or not len(left):
         return None
     one = left[np.argmax(growth[left])]

@@ -20,7 +20,7 @@ from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
 from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.run import SCENE_START, Run, keeper_of
+from eomgen.simulation.run import SCENE_START, Run, checkpoint_writer
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Progress, Stepper, run_chunks
@@ -99,9 +99,9 @@ def resume(
         saved_run.get("corrections", []), saved_run.get("start", SCENE_START),
     )  # fmt: skip
     began = time.perf_counter()
-    keeper = keeper_of(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
-    trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, keeper)
-    return solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
+    writer = checkpoint_writer(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
+    trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, writer)
+    return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer)
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:

@@ -15,7 +15,7 @@ from eomgen.compiled.corrected_start import CORRECTED, corrected_start
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
-from eomgen.simulation.checkpoint import Checkpoint, Keeper
+from eomgen.simulation.checkpoint import Checkpoint, CheckpointWriter
 from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.settings import count_of
 from eomgen.simulation.stepper import Stepper
@@ -88,15 +88,15 @@ class Run:
         return Checkpoint(run_data, state, workspace, values, start)
 
 
-def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: str) -> str:
+def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:
     """Return what a run starts from in words.
 
     Parameters
     ----------
-    settled, given : whether it starts at static equilibrium, and whether initial values were given
+    equilibrium_start, given : whether it starts at static equilibrium, and whether initial values were given
     chosen, of_scene : ``start`` of the run, if any, and of the scene
     """
-    if settled:
+    if equilibrium_start:
         return "equilibrium near the initial values given" if given else "the scene's equilibrium"
     if not given:
         return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
@@ -105,13 +105,13 @@ def words_of_start(*, settled: bool, given: bool, chosen: str | None, of_scene: 
 
 
 def start_of(
-    run: Run, initial: Mapping[str, Any] | None, *, settled: bool, changed: bool
+    run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[str], list[str]]:
     """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is doubtful of it.
 
     Parameters
     ----------
-    settled : whether positions are those of static equilibrium nearby
+    equilibrium_start : whether positions are those of static equilibrium nearby
     changed : whether the state or the parameters are others than those that the model was built with
     """
     model, p, t = run.model, run.parameters, run.grid.start
@@ -119,14 +119,14 @@ def start_of(
     if not initial and p.tolist() == list(model.parameters.values()):
         sentences = [note for note in model.notes if note.startswith(CORRECTED)]
     notes: list[str] = []
-    if settled:
+    if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
         found = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
         notes = [f"the start at rest: {note}" for note in found.notes]
-    if model.multipliers and (settled or changed or t != 0.0):
+    if model.multipliers and (equilibrium_start or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
         changes = corrected_start(consistent, (state.q, state.v), names, units)
@@ -137,7 +137,9 @@ def start_of(
     return state, sentences, notes
 
 
-def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None) -> Keeper | None:
+def checkpoint_writer(
+    run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None
+) -> CheckpointWriter | None:
     """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
     if path is None:
         if every is not None:
@@ -146,4 +148,4 @@ def keeper_of(run: Run, library: Library, path: str | os.PathLike[str] | None, e
     if not isinstance(path, str | os.PathLike):
         raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
     steps = None if every is None else count_of("checkpoint_every", every)
-    return Keeper(Path(path), steps, lambda stepper: run.described(library, stepper))
+    return CheckpointWriter(Path(path), steps, lambda stepper: run.described(library, stepper))

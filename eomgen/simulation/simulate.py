@@ -1,4 +1,4 @@
-"""From an initial state to a Solution: checks first, then the compiled time loop, then outputs and energies in batches."""
+"""simulate: from an initial state to a Solution; validation, the compiled time loop, outputs and energies in batches."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.definiteness import beyond_order_in_run, indefinite_mass
+from eomgen.analysis.definiteness import inertia_warning, linear_range_exceeded
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
@@ -23,15 +23,15 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.methods import canonical_name
-from eomgen.results.scenery import seen
+from eomgen.results.scenery import poses_and_scenery
 from eomgen.results.solution import Solution
-from eomgen.simulation.checkpoint import Keeper
+from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.constraint_violation import largest_violation
-from eomgen.simulation.diagnosis import advice, doubts, failure, fast_joint, first_non_finite, instability
-from eomgen.simulation.energy_balance import FAILED, SAID, Balance, energy_balance
+from eomgen.simulation.diagnosis import advice, failure, fast_joint, first_non_finite, instability, run_warnings
+from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
-from eomgen.simulation.run import Run, keeper_of, start_of, words_of_start
+from eomgen.simulation.run import Run, checkpoint_writer, start_description, start_of
 from eomgen.simulation.settings import (
     check_memory,
     check_span,
@@ -167,23 +167,28 @@ def simulate(
         model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
     )
     run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
-    settled = _settled(start, initial is not None, defaults)
-    state, corrections, at_rest = start_of(run, initial, settled=settled, changed=bool(initial) or parameters is not None)
-    begun = words_of_start(settled=settled, given=bool(initial), chosen=start, of_scene=str(defaults["start"]))
+    equilibrium_start = _starts_at_equilibrium(start, initial is not None, defaults)
+    changed = bool(initial) or parameters is not None
+    state, corrections, at_rest = start_of(run, initial, equilibrium_start=equilibrium_start, changed=changed)
+    begun = start_description(
+        equilibrium_start=equilibrium_start, given=bool(initial), chosen=start, of_scene=str(defaults["start"])
+    )
     run = replace(run, corrections=corrections, begun=begun)
 
     began = time.perf_counter()
-    keeper = keeper_of(run, library, checkpoint, checkpoint_every)
-    trajectory = _stepped(run, stepper, state, progress, keeper)
-    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, keeper)
-    outside = [] if settled else starts_beyond_limits(model, state.q, p)
+    writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
+    trajectory = _stepped(run, stepper, state, progress, writer)
+    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, writer)
+    outside = [] if equilibrium_start else starts_beyond_limits(model, state.q, p)
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
     message = "; ".join(filter(None, [solution.message, *_unresolved(run, state), *outside, *at_rest]))
     return replace(solution, message=message, metadata={**solution.metadata, "notes": notes})
 
 
-def _stepped(run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, keeper: Keeper | None) -> Trajectory:
+def _stepped(
+    run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
+) -> Trajectory:
     """Return what a run from a state comes to. Raises UsageError where the stepper refuses its settings."""
     grid, model = run.grid, run.model
     first = (grid.step if grid.whole else grid.rest) * stepper.input_times
@@ -196,9 +201,9 @@ def _stepped(run: Run, stepper: Stepper, state: InitialState, progress: Progress
         unknown = np.full(model.nv + len(model.multipliers), np.nan)
         rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
         return Trajectory(rows, status, False, 0)
-    if keeper is not None:
-        keeper.write(stepper, 0)  # a place that cannot be written to is said before the run, not after it
-    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, progress, keeper)
+    if writer is not None:
+        writer.write(stepper, 0)  # a path without write access is reported before the run, not after it
+    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, progress, writer)
 
 
 def _unresolved(run: Run, state: InitialState) -> list[str]:
@@ -211,7 +216,7 @@ def _unresolved(run: Run, state: InitialState) -> list[str]:
     return [fault(run.model, state, t, u, run.parameters, run.settings["step"], limit) for fault in judged]
 
 
-def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
+def _starts_at_equilibrium(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
     """Return whether a run starts at static equilibrium."""
     chosen = start if start is not None else "initial" if given else defaults["start"]
     if chosen not in ("initial", "equilibrium"):
@@ -219,12 +224,15 @@ def _settled(start: str | None, given: bool, defaults: Mapping[str, Any]) -> boo
     return bool(chosen == "equilibrium")
 
 
-def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, keeper: Keeper | None = None) -> Solution:
+def solution_of(
+    run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, writer: CheckpointWriter | None = None
+) -> Solution:
     """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
     model, p = run.model, run.parameters
     message = _message(run, stepper, trajectory)
-    if keeper is not None and not trajectory.status:
-        message += keeper.problem or (f"; the checkpoint {keeper.path} holds its last state" if trajectory.interrupted else "")
+    if writer is not None and not trajectory.status:
+        last = f"; the checkpoint {writer.path} holds its last state" if trajectory.interrupted else ""
+        message += writer.problem or last
     statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
     t, q, v, a, multipliers, z = _split(trajectory.rows, model)
     outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
@@ -233,17 +241,17 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
     conservative = model.library.layout["facts"]["conservative"]
     epsilon = float(np.finfo(np.float32 if model.library.real == "float" else np.float64).eps)
     balance = energy_balance(t, energy, jumps, conservative=conservative, sparse=run.every > 1, epsilon=epsilon)
-    if balance.error is not None and balance.error > SAID and at_rest(run, trajectory.rows):
+    if balance.error is not None and balance.error > REPORTED and at_rest(run, trajectory.rows):
         balance = Balance(0.0)
     if success:
         growth = unstable_growth(run, stepper.library, trajectory)
-        cause = partial(_cause_of_doubts, run, t, q)
+        cause = partial(_cause_besides_step, run, t, q)
         violation = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0))
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
-        elif doubt := doubts(statistics, balance, run.settings["step"], cause, violation):
+        elif warning := run_warnings(statistics, balance, run.settings["step"], cause, violation):
             success = balance.gain <= FAILED
-            message = f"{message}{'; ' if success else ', but '}{doubt}"
+            message = f"{message}{'; ' if success else ', but '}{warning}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
     if balance.error is not None:
@@ -259,16 +267,16 @@ def solution_of(run: Run, stepper: Stepper, trajectory: Trajectory, wall: float,
         metadata={
             **described, "start": run.begun, "corrections": run.corrections, "notes": notes, "energy_balance": str(balance),
         },
-        see=lambda: seen(model, t, q, p),
+        evaluate_poses=lambda: poses_and_scenery(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
         linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
         between=between_of(run, stepper),
     )  # fmt: skip
 
 
-def _cause_of_doubts(run: Run, t: Array, q: Array) -> str:
+def _cause_besides_step(run: Run, t: Array, q: Array) -> str:
     """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
-    if beyond := beyond_order_in_run(run.model, t, q, run.parameters):
+    if beyond := linear_range_exceeded(run.model, t, q, run.parameters):
         return beyond
     if run.method.chooses_steps:
         return f"try: a tolerance smaller than {run.settings['tolerance']:.3g}"
@@ -292,7 +300,7 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     text = stepper.status_text(trajectory.status)
     _, q, v, a, _, z = (part[0] for part in _split(trajectory.rows[-1:], model))
     block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
-    inertia = None if block else indefinite_mass(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
+    inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
     hint = inertia.hint if inertia else advice(run.method, trajectory.status, settings)

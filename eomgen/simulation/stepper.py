@@ -30,8 +30,8 @@ _FIRST_CHUNK = 1
 _LARGEST_CHUNK = 1_000_000
 
 
-class KeeperLike(Protocol):
-    """What writes checkpoints (``checkpoint.Keeper`` does)."""
+class WritesCheckpoints(Protocol):
+    """Interface of ``checkpoint.CheckpointWriter``."""
 
     def room(self, done: int) -> int | None: ...
     def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None: ...
@@ -177,7 +177,7 @@ def run_chunks(
     record_every: int,
     inputs: Callable[[Array], Array] | None,
     progress: Progress | None = None,
-    keeper: KeeperLike | None = None,
+    writer: WritesCheckpoints | None = None,
 ) -> Trajectory:
     """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
 
@@ -189,7 +189,7 @@ def run_chunks(
         From times (n,) to rows (n, nu); without it the scene's formulas are evaluated in C.
     progress : callable, optional
         Called with the steps done and all steps after every chunk.
-    keeper : Keeper, optional
+    writer : CheckpointWriter, optional
         Writes checkpoints of good states between chunks, and of the last one unless a step failed.
     """
     start = stepper.origin
@@ -207,7 +207,7 @@ def run_chunks(
             inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
             edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
             size = min(chunk, edge - done)
-            if keeper is not None and (room := keeper.room(done)) is not None:
+            if writer is not None and (room := writer.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
             table = None
@@ -234,16 +234,16 @@ def run_chunks(
                 pieces.append(found.copy() if len(found) < len(record) // 2 else found)
                 last_recorded = done - done % record_every
             elapsed = time.perf_counter() - began
-            if keeper is not None and status == 0:
-                keeper.look(stepper, done)
+            if writer is not None and status == 0:
+                writer.look(stepper, done)
             if progress is not None:
                 progress(done, grid.steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
             chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
         stopped = interrupted.is_set() and done < grid.steps
-        if keeper is not None and status == 0:
-            keeper.look(stepper, done, final=True)
+        if writer is not None and status == 0:
+            writer.look(stepper, done, final=True)
         last_row = None
         if grid.rest and status == 0 and failure is None and not stopped:
             try:

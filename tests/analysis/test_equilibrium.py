@@ -194,7 +194,7 @@ def test_internal_states_rest_too() -> None:
 # -- runs that start settled -----------------------------------------------------------------------------------------------------
 
 
-def test_a_scene_says_that_it_starts_settled() -> None:
+def test_a_scene_starts_at_equilibrium() -> None:
     model = two_masses()
     run = model.simulate(inputs={"push": -7.0}, parameters={"load": 4.0})
     rest = np.array([-6.0 * G / 500.0, -(4.0 * G + 7.0) / 200.0])
@@ -231,7 +231,7 @@ def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: p
         assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["start"] == start
 
 
-def test_a_loop_starts_settled() -> None:
+def test_a_loop_starts_at_equilibrium() -> None:
     model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
     run = model.simulate(0.3, 1e-3, start="equilibrium", initial={"q": model.initial_q, "v": np.zeros(model.nv)})
     assert run.success and np.ptp(run.q, axis=0).max() < 1e-6

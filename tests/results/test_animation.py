@@ -51,9 +51,10 @@ def test_poses_are_the_models(make) -> None:
 def test_poses_follow_the_parameters_of_the_run() -> None:
     run = pendulum().simulate(0.2, 1e-3, parameters={"shake": 0.5, "length": 0.8})
     np.testing.assert_allclose(run.poses["base"][:, 4], 0.5 * np.sin(7.0 * run.t), atol=1e-14)
-    (body,) = run.seen.scenery["bodies"]
+    (body,) = run.poses_and_scenery.scenery["bodies"]
     assert body["solid"]["center"] == [0.0, 0.0, -0.8]
-    assert run.seen.scenery["points"] == [{"name": "tip", "body": "link", "position": [0.0, 0.0, -1.6], "trace": True}]
+    tip = {"name": "tip", "body": "link", "position": [0.0, 0.0, -1.6], "trace": True}
+    assert run.poses_and_scenery.scenery["points"] == [tip]
 
 
 def test_poses_are_stored_and_read_back(tmp_path: Path) -> None:
@@ -133,11 +134,11 @@ def test_bodies_without_inertia_or_without_mass_have_no_solid() -> None:
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda file: f"{file.parent.name}/{file.stem}")
 def test_every_example_has_something_to_see(file: Path) -> None:
     scene = eomgen.load(file)
-    seen = scenery(describe(scene), {})
-    assert [body["name"] for body in seen["bodies"]] == [body.name for body in scene.bodies]
-    assert any(body["solid"]["kind"] != "none" for body in seen["bodies"])
-    assert len(seen["springs"]) == len(scene.springs) and len(seen["tyres"]) == len(scene.tyres)
-    json.dumps(seen, allow_nan=False)
+    poses_and_scenery = scenery(describe(scene), {})
+    assert [body["name"] for body in poses_and_scenery["bodies"]] == [body.name for body in scene.bodies]
+    assert any(body["solid"]["kind"] != "none" for body in poses_and_scenery["bodies"])
+    assert len(poses_and_scenery["springs"]) == len(scene.springs) and len(poses_and_scenery["tyres"]) == len(scene.tyres)
+    json.dumps(poses_and_scenery, allow_nan=False)
 
 
 def test_what_has_no_value_at_these_parameters_is_named() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.diagnosis import doubts
+from eomgen.simulation.diagnosis import run_warnings
 from eomgen.simulation.energy_balance import Balance, energy_balance
 from tests.models.scenes import pendulum
 
@@ -30,7 +30,7 @@ def test_a_run_with_too_large_steps_says_so() -> None:
 
 
 def test_halved_steps_are_told() -> None:
-    assert doubts({"halvings": 1}, Balance(None), 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
+    assert run_warnings({"halvings": 1}, Balance(None), 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
     model = eomgen.build(swing(), profile="quick")
     solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})
     assert solution.success and solution.stats["halvings"] > 0
@@ -58,9 +58,9 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert str(energy_balance(t[::400], three)).startswith("not known: 3 rows")
     assert energy_balance(t[::250], few, conservative=True).error > 0.1  # no work can be between the rows
     assert str(energy_balance(t, {})) == "not known: the model was built without the term energy"
-    assert "out of balance by 42.9 %" in doubts({}, off, 1e-2)
-    assert doubts({}, energy_balance(t, energies(0.002)), 1e-2) == ""
-    assert "out of balance by 1.28 %" in doubts({}, energy_balance(t, energies(0.003)), 1e-2)
+    assert "out of balance by 42.9 %" in run_warnings({}, off, 1e-2)
+    assert run_warnings({}, energy_balance(t, energies(0.002)), 1e-2) == ""
+    assert "out of balance by 1.28 %" in run_warnings({}, energy_balance(t, energies(0.003)), 1e-2)
     pulse = (t > 0.5021) & (t < 0.5073)  # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
     speed = 0.52 * (t >= 0.5073)
     kicked = dict.fromkeys(energies(0.0), 0.0 * t) | {"kinetic": 0.5 * speed**2, "total": 0.5 * speed**2}

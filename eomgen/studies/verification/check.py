@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.analysis.definiteness import indefinite_mass
+from eomgen.analysis.definiteness import inertia_warning
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.studies.verification.claims.beams import beam_claims
@@ -99,7 +99,7 @@ def _explained(report: FormReport, model: Model, found: States) -> FormReport:
     if report.name != "mass.M, definite" or report.worst is None:
         return report
     q = found.blocks["q"][found.names.index(report.worst.state)]
-    inertia = indefinite_mass(model, q, model.parameter_array(), where=f"at {report.worst.state}")
+    inertia = inertia_warning(model, q, model.parameter_array(), where=f"at {report.worst.state}")
     if inertia is None:
         return report
     return replace(report, worst=replace(report.worst, explained=f"{inertia.what}; try: {inertia.hint}"))
