@@ -1,4 +1,4 @@
-"""Sines and cosines of arguments beyond the range of the compiled code, where they are NaN: in formulas and joint angles."""
+"""Sines and cosines beyond the argument range of the compiled code, where they are NaN: in formulas and joint angles."""
 
 from __future__ import annotations
 

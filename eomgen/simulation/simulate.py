@@ -1,4 +1,4 @@
-"""simulate: from an initial state to a Solution; validation, the compiled time loop, outputs and energies in batches."""
+"""simulate: from an initial state to a Solution; validation, the compiled time loop, outputs and energies."""
 
 from __future__ import annotations
 
