@@ -241,7 +241,7 @@ def _found_state(
     """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
-        raise UsageError(Problem("linearize", f"at = {at!r} says nothing", hint))
+        raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
     where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
     turning = at is None and operating_point.base is None and _base_moves(model, operating_point)
     if at == "steady" or turning:

@@ -59,7 +59,7 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     UsageError
         Efforts that cost nothing, or a cost that is not bounded below.
     ModelError
-        A mode that does not decay and that no actuator moves; a mode on the imaginary axis that costs nothing.
+        A mode that does not decay and that no actuator moves; a mode on the imaginary axis without weight.
     NumericalError
         No solution with a residual below 1e-10.
     """
@@ -89,7 +89,7 @@ def _whitening(R: Array) -> Array:
         L = np.zeros_like(R)
     diagonal = np.diag(L)
     if not len(R) or diagonal.min() <= np.finfo(float).eps * diagonal.max():
-        what = "some effort costs nothing, so no gain is large enough"
+        what = "some effort has zero weight, so the optimal gain is unbounded"
         raise UsageError(what, "a positive weight for every effort, or for accelerations that they give")
     return np.linalg.inv(L).T
 

@@ -62,7 +62,7 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
             shape = right[-1].conj()[:n]
             shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
             physical = plant.scales.state_back[:n, :n] @ shape
-            what = f"{described(plant, plant.scales.rate * at, physical)} costs nothing"
+            what = f"{described(plant, plant.scales.rate * at, physical)} has zero weight"
             what = f"{what}, so optimal control would leave it as it is"
             raise ModelError(what, "a weight on a coordinate or a velocity that it moves")
 

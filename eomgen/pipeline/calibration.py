@@ -253,7 +253,7 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
         names = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
         share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         missing = names[int(np.argmax(share))]
-        what = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not tell"
+        what = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
         raise ModelError(what, f"{missing} among its signals, or its joint among its coordinates")
     found[np.abs(found) < 1e-13 * np.abs(found).max(initial=0.0)] = 0.0
     return np.asarray(found / sizes)

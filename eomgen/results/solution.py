@@ -81,7 +81,7 @@ class Solution:
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the model."""
         self._poses_or_none()
-        return {**vars(self), "see": None, "evaluate": None, "linear": None, "between": None}
+        return {**vars(self), "evaluate_poses": None, "evaluate": None, "linear": None, "between": None}
 
     @cached_property
     def poses_and_scenery(self) -> PosesAndScenery:

@@ -186,7 +186,7 @@ class _Unit:
             return
         if name in REFUSED:
             what, _, hint = REFUSED[name].partition("|")
-            raise UnitError(f"{shown(name)} is not taken as a unit: {what}", hint)
+            raise UnitError(f"{shown(name)} is not accepted as a unit: {what}", hint)
         if name in self.known or name in RESERVED:
             raise UnitError(f"{shown(name)} is not a unit", f"a * before {name}")
         close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)

@@ -190,7 +190,7 @@ def test_a_mode_that_costs_nothing_is_named() -> None:
     plant = Plant(np.eye(2), np.diag([1.0, 0.0]), np.diag([40.0, 0.0]), np.eye(2), ["held", "free"])
     with pytest.raises(ModelError) as caught:
         lqr(plant, Weights.of(plant, [1.0, 0.0], [1.0, 0.0], 1.0))
-    what = "the mode of free at 0 Hz, which nothing holds, costs nothing, so optimal control would leave it as it is"
+    what = "the mode of free at 0 Hz, which nothing holds, has zero weight, so optimal control would leave it as it is"
     assert caught.value.problems[0].what == what
     assert caught.value.problems[0].hint == "a weight on a coordinate or a velocity that it moves"
     assert lqr(plant, Weights.of(plant, [0.0, 1.0], 0.0, 1.0)).eigenvalues.real.max() < 0.0
@@ -213,7 +213,7 @@ def test_weights_that_are_none(weights: dict[str, list[float]], message: str) ->
 
 def test_an_effort_has_to_cost_something() -> None:
     plant = quarter_car()
-    with pytest.raises(UsageError, match="some effort costs nothing, so no gain is large enough"):
+    with pytest.raises(UsageError, match="some effort has zero weight, so the optimal gain is unbounded"):
         lqr(plant, Weights.of(plant, 1.0, 1.0))
 
 

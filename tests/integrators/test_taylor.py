@@ -255,8 +255,8 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
     with pytest.raises(EomgenError) as caught:
         made.simulate(1.0, 0.1, method="taylor")
     assert str(caught.value) == (
-        "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or corners at times that are "
-        f"known; here are {text}; try: generalized_alpha"
+        "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at known "
+        f"times; here are {text}; try: generalized_alpha"
     )
 
 

@@ -131,7 +131,7 @@ def test_internal_states_are_part_of_the_state_space() -> None:
 CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
     ("driven", lambda m: m.linearize(v=[1.0]), UsageError, "linearize: v need the q of their state; try: q=..., or initial=..."),
     ("driven", lambda m: m.linearize([0.1], at="initial"), UsageError, "the state is given by q as well as by at or initial"),
-    ("driven", lambda m: m.linearize(at="rest"), UsageError, "at = 'rest' says nothing; try: \"equilibrium\", \"steady\", "),
+    ("driven", lambda m: m.linearize(at="rest"), UsageError, "at = 'rest' is unknown; try: \"equilibrium\", \"steady\", "),
     ("driven", lambda m: m.linearize([[0.1], [0.2]]), UsageError, "q: one state is needed, not a batch of shape (2, 1)"),
     ("driven", lambda m: m.linearize([0.1, 0.2]), UsageError, "q: the shape is (2,), (..., 1) is needed"),
     ("driven", lambda m: m.linearize([math.nan]), UsageError, "q: q[0] is nan, not a finite number"),

@@ -336,7 +336,7 @@ calibration = { method = "lqr", at = "initial", effort_weights = 0.25, velocity_
 [efforts]
 speed = { joint = "axle", effort = "speed" }
 """
-    with pytest.raises(eomgen.ModelError, match="the mode of axle at 0 Hz, which nothing holds, costs nothing"):
+    with pytest.raises(eomgen.ModelError, match="the mode of axle at 0 Hz, which nothing holds, has zero weight"):
         model_of(text)
     model = model_of(text.replace("velocity_weights", "position_weights = { axle = 1 }, velocity_weights").replace(
         'rate = "v.axle"', 'rate = "v.axle", angle = "q.axle - 20 * t"'))  # fmt: skip
@@ -353,9 +353,9 @@ speed = { joint = "axle", effort = "speed" }
         ('joint = "rail"\neffort = "hold"', 'joint = "rail"\neffort = "0 * hold"', eomgen.ModelError,
          "the mode of hinge and rail that grows at 4.236 1/s without oscillating cannot be stabilised: no actuator moves"),
         ('coordinates = ["hinge", "rail"]\nposition_references = { rail = 0 }', 'coordinates = ["hinge"]', eomgen.ModelError,
-         "the feedback needs q.rail, which the coordinates and signals of hold do not tell; try: q.rail among its signals"),
+         "the feedback needs q.rail, which the coordinates and signals of hold do not determine; try: q.rail among its signals"),
         ("effort_weights = 0.1", "effort_weights = 0", eomgen.DescriptionError,
-         "some effort costs nothing, so no gain is large enough"),
+         "some effort has zero weight, so the optimal gain is unbounded"),
         ("position_weights = { rail = 10, hinge = 1 }", 'at = "initial"', eomgen.ModelError,
          "the initial state is not in balance: it accelerates with "),
         ('method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }', 'method = "imsc"',

@@ -116,7 +116,7 @@ def test_every_place_every_formula(kind: str, rng: np.random.Generator) -> None:
         ),
         (
             ("controllers", "limited", "minimum"), "-X", -2.0,
-            "(controllers.limited.minimum): the limits leave nothing: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
+            "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
         ),
         (
             ("controllers", "ratio", "integral"), "X", 0.0,

@@ -209,7 +209,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true',
          "a clipped skyhook needs maximum_damping: no damper is infinitely hard; try: maximum_damping = 4000"),
         ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\nminimum_damping = "soft"\n'
-         "maximum_damping = 200", "the limits leave nothing: minimum_damping 300 is not below maximum_damping 200; "
+         "maximum_damping = 200", "the range is empty: minimum_damping 300 is not below maximum_damping 200; "
          "try: a smaller minimum_damping"),
         ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\n'
          "maximum_damping = 200\nwidth = 0",

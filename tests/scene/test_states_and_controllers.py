@@ -126,7 +126,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ('c = { type = "lead_lag", signal = 1, time_constant = 1 }', "a lead_lag controller needs lead; try: lead = 0.01"),
         ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),
         (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi or pid"),
-        (f"{LAG}, minimum = 2, maximum = 1 }}", "the limits leave nothing: minimum 2 is not below maximum 1; try: a smaller"),
+        (f"{LAG}, minimum = 2, maximum = 1 }}", "the range is empty: minimum 2 is not below maximum 1; try: a smaller"),
         ('c = { type = "low_pass", signal = 1, time_constant = "lag - 0.02" }', "the time constant 0 s is not positive"),
         ('c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',
          "limits need a tracking time where proportional/integral = 0/2 is none; try: tracking = 0.1"),

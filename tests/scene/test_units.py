@@ -149,12 +149,12 @@ def test_every_name_has_one_meaning() -> None:
         ("3 m", "rad", "'3 m' is a length, an angle in rad is expected"),
         ("2 g", "m/s^2", "'2 g' is a mass, an acceleration in m/s^2 is expected; "
                          'try: g is the gram: "2 g0", g0 being 9.80665 m/s^2'),
-        ("20 degC", "K", "'degC' is not taken as a unit: a temperature with its own zero cannot be multiplied; "
+        ("20 degC", "K", "'degC' is not accepted as a unit: a temperature with its own zero cannot be multiplied; "
                          "try: a number of K"),
-        ("5 %", "", "'%' is not taken as a unit: a part of a hundred is a number; try: the number, 0.05 for five percent"),
-        ("5 percent", "", "'percent' is not taken as a unit"),
-        ("2 t", "kg", "'t' is not taken as a unit: t is the time in formulas; try: tonne"),
-        ("2 cycle", "rad", "'cycle' is not taken as a unit: a cycle is an angle for some and a number for others"),
+        ("5 %", "", "'%' is not accepted as a unit: a part of a hundred is a number; try: the number, 0.05 for five percent"),
+        ("5 percent", "", "'percent' is not accepted as a unit"),
+        ("2 t", "kg", "'t' is not accepted as a unit: t is the time in formulas; try: tonne"),
+        ("2 cycle", "rad", "'cycle' is not accepted as a unit: a cycle is an angle for some and a number for others"),
         ("1,5 mm", "m", "'1,5 mm' has a comma in its number; try: \"1.5 mm\""),
         ("3 N/m s", "", "'3 N/m s' can be read in two ways; try: brackets, N/(m s), or the divisor last, N s/m"),
         ("3 m2", "", "there is no unit 'm2'; try: m^2"),

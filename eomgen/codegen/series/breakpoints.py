@@ -44,7 +44,7 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
             unknown.append(f"{what}, decided by {decider}")
     if unknown:
         listed = "; ".join(dict.fromkeys(unknown))
-        what = f"a Taylor series needs smooth equations, or corners at times that are known; here are {listed}"
+        what = f"a Taylor series needs smooth equations, or discontinuities at known times; here are {listed}"
         raise ModelError(Problem("method", what, "rk4 or generalized_alpha"))
     return tuple(found[key] for key in sorted(found))
 

@@ -255,7 +255,7 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
         return 1
     rigid = (2 if kind.startswith("bending") else 1) if given.ends == "free_free" else 0
     if meshed and given.elements is not None and given.modes > size - rigid:
-        what = f"{given.modes} modes are wanted of a mesh that has {size - rigid}"
+        what = f"{given.modes} modes are requested from a mesh that has {size - rigid}"
         report.add(f"{key}.modes", what, f"at most {size - rigid} modes, or more elements: 3 for each mode")
     return given.modes
 

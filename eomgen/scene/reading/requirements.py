@@ -197,13 +197,13 @@ RELATIONS: Mapping[str, Row] = {
     "limits of an output": Row(
         ("controllers.minimum", "controllers.maximum"),
         operator.ge,
-        "the limits leave nothing: minimum {0} is not below maximum {1}",
+        "the range is empty: minimum {0} is not below maximum {1}",
         "a smaller minimum",
     ),
     "limits of a damper": Row(
         ("controllers.minimum_damping", "controllers.maximum_damping"),
         operator.ge,
-        "the limits leave nothing: minimum_damping {0} is not below maximum_damping {1}",
+        "the range is empty: minimum_damping {0} is not below maximum_damping {1}",
         "a smaller minimum_damping",
     ),
     "integral time": Row(

@@ -169,7 +169,7 @@ FAILURES = [
     Failure(
         "More modes than the mesh has", 3,
         (
-            "description error: scene.toml:36 (beams.blade.bending_y.modes): 6 modes are wanted of a mesh that "
+            "description error: scene.toml:36 (beams.blade.bending_y.modes): 6 modes are requested from a mesh that "
             "has 4; try: at most 4 modes, or more elements: 3 for each mode"
         ),
         more=_changed(("modes = 2,", "shapes = \"finite_elements\", elements = 2, modes = 6,")),

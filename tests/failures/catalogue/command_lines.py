@@ -126,8 +126,8 @@ FAILURES = [
     Failure(
         "A Taylor series of a force with corners", 4,
         (
-            "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or corners at times that are "
-            "known; here are abs(), decided by the motion; try: generalized_alpha"
+            "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at known "
+            "times; here are abs(), decided by the motion; try: generalized_alpha"
         ),
         command="simulate scene.toml --out out --method taylor",
         old='effort = "motor"', new='effort = "motor - abs(v.shoulder) * v.shoulder"',

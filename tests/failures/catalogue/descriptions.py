@@ -16,7 +16,7 @@ FAILURES = [
         command="info .",
     ),
     Failure(
-        "A kind of file that nobody reads", 2,
+        "A file of unknown kind", 2,
         "usage error: 'scene.yaml' is not a kind of file that can be read; try: a .toml scene or a .urdf file",
         command="info scene.yaml",
         files={"scene.yaml": "name: arm\n"},

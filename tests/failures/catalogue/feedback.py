@@ -245,8 +245,8 @@ FAILURES = [
     Failure(
         "Efforts that cost nothing", 3,
         (
-            "description error: scene.toml:37 (controllers.hold.calibration): some effort costs nothing, so no gain is "
-            "large enough; try: a positive weight for every effort, or for accelerations that they give"
+            "description error: scene.toml:37 (controllers.hold.calibration): some effort has zero weight, so the optimal "
+            "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give"
         ),
         command="generate scene.toml --out c",
         more=(
@@ -355,10 +355,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Signals that do not tell the state", 4,
+        "Signals that do not determine the state", 4,
         (
             "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
-            "coordinates and signals of hold do not tell; try: v.shoulder among its signals, or its joint among its "
+            "coordinates and signals of hold do not determine; try: v.shoulder among its signals, or its joint among its "
             "coordinates"
         ),
         command="generate scene.toml --out c",
@@ -468,7 +468,7 @@ FAILURES = [
     Failure(
         "A clipped skyhook whose limits cross", 3,
         (
-            "description error: scene.toml:46 (controllers.sky.minimum_damping): the limits leave nothing: "
+            "description error: scene.toml:46 (controllers.sky.minimum_damping): the range is empty: "
             "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping"
         ),
         more=(

@@ -82,7 +82,7 @@ FAILURES = [
     Failure(
         "A limit below the other", 3,
         (
-            "description error: scene.toml:38 (controllers.servo.minimum): the limits leave nothing: minimum 1 is not below "
+            "description error: scene.toml:38 (controllers.servo.minimum): the range is empty: minimum 1 is not below "
             "maximum -1; try: a smaller minimum"
         ),
         more=(

@@ -82,7 +82,7 @@ FAILURES = [
     Failure(
         "Degrees Celsius", 3,
         (
-            "description error: scene.toml:6 (parameters.load.value): 'degC' is not taken as a unit: a temperature with its "
+            "description error: scene.toml:6 (parameters.load.value): 'degC' is not accepted as a unit: a temperature with its "
             "own zero cannot be multiplied; try: a number of K"
         ),
         old='load = { value = 1.0, unit = "kg", tunable = true }',
