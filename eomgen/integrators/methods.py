@@ -36,7 +36,7 @@ def check_needs(method: Method, facts: Facts) -> None:
 
 
 def canonical_name(name: str) -> str:
-    """Return the name of a method that an alias stands for. Raises UsageError with the nearest names."""
+    """Return the name of a method for an alias. Raises UsageError with the nearest names."""
     return row_of(name)[1].name
 
 

@@ -14,7 +14,7 @@ MARGIN = 32.0
 
 
 class DiscontinuityLike(Protocol):
-    """What is asked of a discontinuity (``system.Discontinuity`` answers)."""
+    """Attributes of a discontinuity (implemented by ``system.Discontinuity``)."""
 
     @property
     def time(self) -> float: ...

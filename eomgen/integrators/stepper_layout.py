@@ -24,17 +24,17 @@ def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
 
 
 def statistics_kinds(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return what the stepper counts, ``long``, and measures, ``real``, by name."""
+    """Return the C type of each statistic by name: ``long`` for counts, ``real`` for measures."""
     return {item["name"]: item["kind"] for item in data["state"] if item["group"] == "statistics"}
 
 
 def row_layout(data: Mapping[str, Any]) -> dict[str, slice]:
-    """Return where each quantity is in a row of the record: ``t, q, v, vdot``, ``lam`` of constrained systems, and ``z``."""
+    """Return the slice of each quantity in a sample: ``t, q, v, vdot``, ``lam`` with constraints, and ``z``."""
     return _layout((name, size) for name, size in data["row"])
 
 
 def state_layout(data: Mapping[str, Any]) -> dict[str, slice]:
-    """Return where each quantity is in the flat state: ``t, q, v, vdot, ...``, then the statistics by name.
+    """Return the slice of each quantity in the flat state: ``t, q, v, vdot, ...``, then the statistics by name.
 
     ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have theirs in the workspace.
     """

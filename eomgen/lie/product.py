@@ -15,7 +15,7 @@ Array = NDArray[Any]
 
 
 class FactorLike(Protocol):
-    """What a factor of the configuration says about itself (``system.Factor`` does)."""
+    """Attributes of a factor of the configuration (implemented by ``system.Factor``)."""
 
     @property
     def group(self) -> str: ...
@@ -62,7 +62,7 @@ def bracket_matrix(factors: Sequence[FactorLike], v: Array) -> Array:
 
 
 def transport(factors: Sequence[FactorLike], theta: Array) -> Array:
-    """Return the block diagonal Ad(exp(theta))^-1, (..., nv, nv): what carries velocities along an increment."""
+    """Return the block diagonal Ad(exp(theta))^-1, (..., nv, nv), which transforms velocities along an increment."""
     return _block_diagonal(factors, -theta, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
 
 

@@ -59,7 +59,7 @@ def describe(scene: Scene) -> Description:
 def base_disturbances(scene: Scene) -> tuple[str, ...]:
     """Return the names of the base's acceleration components, disturbances beside the given inputs.
 
-    Angular ones if it rotates, then linear, in base axes; none in absolute coordinates: constraints hold the base there.
+    Angular ones if it rotates, then linear, in base axes; none in absolute coordinates, as constraints hold the base.
     """
     if scene.base is None or scene.coordinates == "absolute":
         return ()

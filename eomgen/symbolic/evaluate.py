@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """What the operations of a tape mean for one kind of number: a rule per Op, and how a constant is made."""
+    """Operations of a tape for one kind of number: one function per Op, and the conversion of constants."""
 
     rules: Mapping[Op, Callable[..., Any]]
     constant: Callable[[float], Any]

@@ -41,7 +41,7 @@ class MapResults(NamedTuple):
 
     @property
     def flat(self) -> list[Ref]:
-        """All of them, in the order of their numbers."""
+        """All references in the order of their numbers."""
         return [*self.sums, *self.last, *(ref for row in self.rows for ref in row)]
 
 
@@ -111,7 +111,7 @@ class Map:
 
     @cached_property
     def gathered(self) -> tuple[Ref, ...]:
-        """All references of the outer tape that the Map reads, each once."""
+        """Distinct references of the outer tape that the Map reads."""
         return tuple(dict.fromkeys([*self.shared, *self.initial, *(ref for slot in self.gather for ref in slot)]))
 
     @property
@@ -120,7 +120,7 @@ class Map:
         return len(self.sums) + len(self.last) + self.count * len(self.stacked)
 
     def counts(self) -> Counts:
-        """Operations of the whole loop: the kernel's, times the number of elements, plus the additions of the sums."""
+        """Operation counts of the whole loop: the kernel's times the number of elements, plus additions of the sums."""
         one = self.kernel.counts(self.kernel_refs)
         n = self.count
         return Counts(
@@ -130,7 +130,7 @@ class Map:
 
     @cached_property
     def key(self) -> tuple[object, ...]:
-        """What makes two Maps the same loop, however their kernels were recorded."""
+        """Key that is equal for equal loops, independent of the order in which their kernels were recorded."""
         compact = Tape()
         refs = splice(compact, self.kernel, self.kernel_refs, {})
         nodes = tuple(zip(compact.op, compact.a, compact.b, compact.c, strict=True))
@@ -163,7 +163,7 @@ def add_map(tape: Tape, loop: Map) -> MapResults:
 
 
 def unroll(tape: Tape, loop: Map) -> MapResults:
-    """Record the operations of a Map on a tape, element after element, and return its results: the oracle of the loop."""
+    """Record the operations of a Map element after element and return its results; the reference for the loop."""
     sums, carry = [ZERO] * len(loop.sums), list(loop.initial)
     rows: list[tuple[Ref, ...]] = []
     for i in range(loop.count):

@@ -114,7 +114,7 @@ class Counts:
 
     @property
     def weight(self) -> int:
-        """Rough cost for comparing two ways to the same result: a division counts as eight, a function as twenty flops."""
+        """Approximate cost for comparisons: a division counts as 8 flops, a function as 20."""
         return self.flops + 8 * self.divisions + 20 * self.functions + self.selections
 
     def __add__(self, other: Counts) -> Counts:

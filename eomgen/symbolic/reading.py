@@ -86,7 +86,7 @@ def block_to_sympy(
 
 
 def to_latex(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None) -> str:
-    """Return a block as LaTeX for display mode: ``name = matrix``, after the intermediates it needs, if any, in ``aligned``."""
+    """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     block = block_to_sympy(tape, refs, shape, named=named)

@@ -19,7 +19,7 @@ _NEWMARK = "Newmark 1959"
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The coefficients of one case, exact, with the name it goes by and where it is from."""
+    """Exact coefficients of one case, with its name and source."""
 
     name: str
     alpha_m: Fraction
@@ -35,7 +35,7 @@ class Coefficients:
 
     @property
     def unconditionally_stable(self) -> bool:
-        """Whether no frequency of an undamped linear system limits the step."""
+        """Whether the method is unconditionally stable on undamped linear systems."""
         return self.alpha_m <= self.alpha_f <= _HALF and 2 * self.beta >= self.gamma >= _HALF
 
     @property
@@ -101,16 +101,16 @@ def wbz(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
 
 
 def newmark(beta: float | None = None, gamma: float | None = None, alpha: float | None = None) -> Coefficients:
-    """Return a member of Newmark's family; average acceleration when nothing is said.
+    """Return a method of Newmark's family, by default average acceleration.
 
     Parameters
     ----------
     beta, gamma : float
-        beta > 0, gamma >= 1/2; 1/4 and 1/2 by default. A gamma above 1/2 damps and lowers the order to 1; 2 beta < gamma limits
-        the step.
+        beta > 0, gamma >= 1/2; 1/4 and 1/2 by default. A gamma above 1/2 damps and lowers the order to 1; 2 beta < gamma
+        limits the step.
     alpha : float
-        In their place the damped family gamma = 1/2 + alpha, beta = (1 + alpha)^2/4, 0 to 1, with (1 - alpha)/(1 + alpha) as
-        spectral radius at infinite frequency.
+        In their place the damped family gamma = 1/2 + alpha, beta = (1 + alpha)^2/4, 0 to 1, with
+        (1 - alpha)/(1 + alpha) as spectral radius at infinite frequency.
 
     Raises
     ------

@@ -30,7 +30,7 @@ SMALLER_STEP = "a step smaller than {step:.3g} s"
 
 @dataclass(frozen=True)
 class Need:
-    """Something that a system must or must not have: the fact, the value it must have, why, and what to do otherwise.
+    """A fact that a system must have or must not have, with the reason and the alternative.
 
     ``parameter`` is the parameter of the method that brings the need about, if any.
     """
@@ -44,7 +44,7 @@ class Need:
 
 @dataclass(frozen=True)
 class MethodName:
-    """A name by which callers know a method.
+    """Public name of a method.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number that a caller may set from run to run.
+    """A number that a caller may set per run.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Status:
-    """How a call of the stepper may end.
+    """A way in which a call of the stepper may end.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class Status:
 
 
 class Family(ABC):
-    """A family of integration methods; its instances are the methods, checked when they are made."""
+    """Family of integration methods; its instances are methods, checked on construction."""
 
     #: Its name, and that of its templates.
     family: ClassVar[str]
@@ -165,7 +165,7 @@ class Family(ABC):
     @classmethod
     @abstractmethod
     def names(cls) -> tuple[MethodName, ...]:
-        """Return the names of its methods."""
+        """Return the names of the family's methods."""
 
     @classmethod
     @abstractmethod
@@ -179,41 +179,41 @@ class Family(ABC):
         """
 
     def calls(self, system: System) -> set[str]:
-        """Return the functions of a system without which there is no stepper."""
+        """Return the functions of a system that the stepper requires."""
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, "mass" in system.functions))
 
     @abstractmethod
     def title(self, constrained: bool) -> str:
-        """Return what the method is, for the head of the C file."""
+        """Return the description of the method for the head of the C file."""
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:
-        """Functions on the groups of the configuration that its template calls."""
+        """Lie group functions that the templates call."""
         return ("update", "bracket")
 
     @property
     def instead(self) -> str:
-        """What to try where it cannot run on a scene."""
+        """Alternative methods for scenes on which this one cannot run."""
         return "generalized_alpha"
 
     @property
     def more_stable(self) -> str:
-        """What to try where it is unstable, besides smaller steps."""
+        """Alternative methods with better stability, besides smaller steps."""
         return "generalized_alpha, which is stable at larger ones"
 
     @property
     def parameters(self) -> Mapping[str, Fraction]:
-        """What of the method is a setting of the compiled stepper."""
+        """Parameters of the method that are settings of the compiled stepper."""
         return {}
 
     @property
     def keywords(self) -> Mapping[str, float]:
-        """What makes the method again, by ``methods.method_named``."""
+        """Keyword arguments of ``methods.method_named`` that construct the method."""
         return {}
 
     @property
     def chooses_steps(self) -> bool:
-        """Whether steps are the method's own; growth by too large a step is not looked for then."""
+        """Whether the method controls its step size; growth by too large steps is then not checked."""
         return False
 
     @property
@@ -222,19 +222,19 @@ class Family(ABC):
         return self.order
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
-        """Return what a user of these settings should know, one sentence each."""
+        """Return warnings about these settings, one sentence each."""
         return ()
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return what the state holds besides t, q, v, vdot, lam, z, zdot, and what all families count."""
+        """Return the members of the state beyond t, q, v, vdot, lam, z, zdot and the common counters."""
         return ()
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        """Return what may be set besides the step."""
+        """Return the settings besides the step."""
         return ()
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return what is counted and measured besides what all families count."""
+        """Return the statistics beyond the common ones."""
         return ()
 
     @abstractmethod
@@ -295,7 +295,7 @@ NOT_CONSISTENT = Status(
 
 
 def rotation_too_large(angles: bool) -> Status:
-    """Return the status of a step with too large a turn of a body, or of an angle that is counted over turns."""
+    """Return the status of a step with too large a rotation of a body, or of an angle counted over revolutions."""
     who = "a body or a joint" if angles else "a body"
     what = f"{who} turns by more than 0.9 of a full turn within one step; reduce the step"
     return Status(5, "ROTATION_TOO_LARGE", what, SMALLER_STEP)

@@ -122,7 +122,7 @@ class GeneralizedAlpha(Family):
         self._check()
 
     def _take(self, case: Coefficients) -> None:
-        """Let order, source, needs and spectral radius be those of a named case."""
+        """Set order, source, needs and spectral radius from a named case."""
         values: dict[str, object] = {"order": case.order, "source": f"{case.source}; {_SOURCE}"}
         values["rho_inf"] = case.radius_at_infinity
         if not case.unconditionally_stable:
@@ -215,7 +215,7 @@ class GeneralizedAlpha(Family):
         return {} if self.case.name == "trapezoidal" else {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
 
     def _index_3(self, sizes: Sizes) -> bool:
-        """Tell whether constraints are met at positions only."""
+        """Return whether constraints are enforced at position level only."""
         return self.form == INDEX_3 and sizes.holonomic > 0
 
     def _eta(self, sizes: Sizes) -> int:
@@ -421,7 +421,7 @@ def _factorization_cost(system: System, solver: Solver) -> float:
 
 
 def _places(factors: Sequence[FactorLike], nv: int) -> list[int]:
-    """Return for each velocity component the number of q that it moves, or its position has in its place; -1: quaternions."""
+    """Return for each velocity component the index in q of the number that it changes, -1 for quaternions."""
     places = [-1] * nv
     for factor in factors:
         rotation = 0 if factor.group == "R" else 3

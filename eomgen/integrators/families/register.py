@@ -28,7 +28,7 @@ Row = tuple[type[Family], MethodName]
 
 @cache
 def families_of_others() -> tuple[type[Family], ...]:
-    """Return the families that installed distributions give. Raises UsageError naming the distribution of a broken one."""
+    """Return the families of installed distributions. Raises UsageError naming the distribution of a broken one."""
     names = {family.family for family in BUILT_IN}
     known = set(_rows(BUILT_IN))
     found = []
@@ -54,7 +54,7 @@ def family_named(name: str) -> type[Family]:
 
 
 def stamp_of(name: str) -> str:
-    """Return a digest of the files that the C of another distribution's method is made from; nothing for eomgen's own."""
+    """Return a digest of the module and templates of another distribution's method; empty for eomgen's own."""
     family = row_of(name)[0]
     if family in BUILT_IN:
         return ""

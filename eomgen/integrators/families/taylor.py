@@ -176,5 +176,5 @@ class Taylor(Family):
 
 
 def order_for(tolerance: float) -> int:
-    """Return the order that takes a tolerance with the least work."""
+    """Return the order with the least work for a tolerance."""
     return max(4, min(MAX_ORDER, math.ceil(-ORDERS_PER_FOLD * math.log(max(tolerance, 1e-17)) + 3.0)))

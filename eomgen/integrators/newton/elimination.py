@@ -29,7 +29,7 @@ _SEARCHED = 4
 
 @dataclass(frozen=True)
 class Elimination:
-    """An LU factorization without numbers. Position k means: the k-th pivot.
+    """Symbolic LU factorization; position k is that of the k-th pivot.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Elimination:
 
 
 def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> ModelError:
-    """Return the error for a matrix in which pivots are missing, with the causes that it can have."""
+    """Return the error for a matrix without enough pivots, with possible causes."""
     what = "it is singular at the initial state: "
     if constrained:
         what += "constraints repeat each other, or a mass is missing"
@@ -143,7 +143,7 @@ def eliminate(
 
 
 class _Active:
-    """What is left of the matrix: rows of scaled samples, and in which rows each column is."""
+    """Remaining submatrix: rows of scaled samples, and the rows of each column."""
 
     def __init__(self, size: int, samples: Mapping[tuple[int, int], Array]) -> None:
         self.rows: list[dict[int, Array]] = [{} for _ in range(size)]
@@ -155,7 +155,7 @@ class _Active:
         self.columns_of_stage: set[int] = set()
 
     def structure(self, rows: Sequence[int], columns: Sequence[int]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
-        """Return where a stage has nonzeros, by its own numbering of rows and columns."""
+        """Return the nonzeros of a stage in its own numbering of rows and columns."""
         number = {column: k for k, column in enumerate(columns)}
         places = [(i, number[column]) for i, row in enumerate(rows) for column in self.rows[row] if column in number]
         return len(rows), len(columns), tuple(sorted(places))

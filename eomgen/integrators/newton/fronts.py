@@ -178,7 +178,7 @@ class _Front:
         }
 
     def _forward(self) -> list[Any]:
-        """Return what is taken off each row, own ones first, because later ones use them."""
+        """Return the terms subtracted from each row, own rows first, since later ones use them."""
         terms: dict[int, list[list[int]]] = {pivot: [] for pivot in self.pivots if self.live[pivot]}
         for pivot in self.pivots:
             for row in self.below[pivot] if self.live[pivot] else ():

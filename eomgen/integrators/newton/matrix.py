@@ -93,7 +93,7 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class Packing:
-    """The numbers that one evaluation of the partials gives: where each nonzero is among them.
+    """Index of each nonzero among the numbers of one evaluation of the partials.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
 
 @dataclass
 class Terms:
-    """How every nonzero follows from the numbers of a packing.
+    """Terms of each nonzero in the numbers of a packing.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ class Samples:
 
 
 def packing_of(system: Any) -> Packing:
-    """Return how the system gives its partials: ``iteration`` where it has one, else the whole matrices of ``partials``."""
+    """Return the packing of the system's partials: of ``iteration`` where it exists, else of ``partials``."""
     if "iteration" in system.functions:
         return packed(system.patterns)
     nonzero: dict[str, list[MatrixIndex]] = {}
@@ -47,7 +47,7 @@ def packing_of(system: Any) -> Packing:
 
 
 def samples_of(system: Any) -> Samples:
-    """Evaluate the system's tape at the initial state and at random ones; where it is not finite there, it is left out."""
+    """Evaluate the system's tape at the initial state and at random states; non-finite samples are dropped."""
     packing = packing_of(system)
     rng = np.random.default_rng(1)
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
@@ -110,7 +110,7 @@ def _sparse(system: Any, values: Any) -> Any:
 
 
 def _shortest(B: Any, w: Array) -> Array:
-    """Return the shortest x with B x = w, nearly: a small diagonal lets it pass where B loses rank."""
+    """Return approximately the minimum-norm x with B x = w; a small diagonal regularises a rank-deficient B."""
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
     product_of_rows = (B @ B.T).tocsc()

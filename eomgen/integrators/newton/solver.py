@@ -238,7 +238,7 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[st
 
 
 def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
-    """Return which entry of the matrix is at a place, -1 where elimination fills in."""
+    """Return the index of the matrix entry at (row, column), -1 for fill-in."""
     for entry in range(entry_start[position], entry_start[position + 1]):
         if entry_columns[entry] == column:
             return entry

@@ -34,7 +34,7 @@ def joint_constraint(joint: Joint) -> Constraint | None:
 
 
 def _frame(joint: Joint) -> tuple[Direction, ...]:
-    """Return the constraint frame's axes in child axes, (3, 3): z along the joint's axis, or x and y along its two axes."""
+    """Return the constraint frame's axes in child axes, (3, 3): z along the joint's axis, or x and y along its axes."""
     if len(joint.kind.turned_about) > 1:
         return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
     return frame_of(joint)

@@ -96,7 +96,7 @@ OFFERED: Offers = {
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
     """Add the contact force of a tyre on its wheel, its potential, J, and its power, W.
 
-    On a road at rest the spring force has a potential. A moving road does work on the tyre: then all of it counts as power.
+    On a road at rest the spring force has a potential. A moving road does work on the tyre: then all of it is power.
     """
     algebra, kinematics = quantities.algebra, quantities.kinematics
     link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))

@@ -1,4 +1,4 @@
-"""Time derivatives of generalized forces and accelerations: recursion, jets, closed form."""
+"""Time derivatives of generalized forces and accelerations, by recursion, by jets and in closed form."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

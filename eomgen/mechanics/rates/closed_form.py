@@ -32,7 +32,7 @@ Rows = list[list[Scalar]]
 
 
 def matrix_path(system: SystemMatrices, name: str, order: int) -> tuple[str, tuple[int, ...], str, list[list[Scalar]]]:
-    """Return symbol, shape, meaning and, for each derivative up to an order, all entries of a matrix of the closed form."""
+    """Return symbol, shape, meaning, and all entries of a closed-form matrix per derivative, from 0 to ``order``."""
     nv, links = system.tree.nv, len(system.tree.links)
     rows = ", ".join(link.name for link in system.tree.links)
     match name:
@@ -73,7 +73,7 @@ def _bracket_matrix(twist: Pair) -> list[Scalar]:
 
 
 def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
-    """Return M and its derivatives up to the second; rotor inertias are constant."""
+    """Return M, (nv, nv), and its time derivatives up to order 2; rotor inertias are constant."""
     found = [
         system.projected(z)
         for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
@@ -86,7 +86,7 @@ def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
 
 
 def coriolis_path(system: SystemMatrices, order: int, skew: bool) -> list[Rows]:
-    """Return C and its derivatives up to the second; with ``skew`` the factorisation for which M' - 2 C is skew."""
+    """Return C, (nv, nv), and its time derivatives up to order 2; with ``skew`` the C for which M' - 2 C is skew."""
     paths: list[Columns] = []
     for n in range(order + 1):
         total = system.inertia(system.jacobian(n + 1))

@@ -1,4 +1,4 @@
-"""Time derivatives of what drives a scene: of its prescribed base, and of inputs that it gives as functions of time."""
+"""Time derivatives of prescribed inputs: of the base's motion, and of inputs given as functions of time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eomgen.system.system import RATE_BLOCKS, Block, base_place
 
 
 def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
-    """Return the block ``base_rates``: row by row the derivatives of the base's twist from the second to the (order + 1)-th."""
+    """Return the block ``base_rates``: derivatives 2 to order + 1 of the base's twist, (order, 6) row by row."""
     start = base_place("omega_dot")
     paths = _over_time(tape, law[start : start + 6], order)
     refs = tuple(path[k] for k in range(1, order + 1) for path in paths)
@@ -21,7 +21,7 @@ def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
 
 
 def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block, ...]:
-    """Return the blocks ``u_dot``, ``u_ddot`` and ``u_higher`` as far as an order needs them."""
+    """Return the blocks ``u_dot``, ``u_ddot`` and ``u_higher``, as many as the order needs."""
     paths = _over_time(tape, values, order)
     first, second, higher = RATE_BLOCKS["u"]
     blocks = [

@@ -1,4 +1,4 @@
-"""How everything moves along a motion: jets in time of q, v, a, z, u, t and the base, from the inputs that hold derivatives.
+"""Jets in time of q, v, a, z, u, t and the base along a motion, from inputs that hold the derivatives.
 
 The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u. Internal
 states follow their own law zdot = f, whose jets give all further ones (Griewank and Walther 2008, section 13.2).
@@ -21,7 +21,7 @@ Seeds = dict[Ref | InputSymbol, Jet]
 
 
 def derivative_inputs(tape: Tape, block: str, index: int, size: int, order: int) -> list[Ref]:
-    """Return one component of a or u and its time derivatives up to an order, as inputs."""
+    """Return one component of a or u and its time derivatives up to ``order``, as inputs."""
     first, second, higher = RATE_BLOCKS[block]
     names = [(block, index), (first, index), (second, index)]
     names += [(higher, row * size + index) for row in range(order - 2)]
@@ -29,12 +29,12 @@ def derivative_inputs(tape: Tape, block: str, index: int, size: int, order: int)
 
 
 def accelerations(tape: Tape, nv: int, order: int) -> list[list[Ref]]:
-    """Return for each velocity component a and its time derivatives up to an order."""
+    """Return a and its time derivatives up to ``order`` for each velocity component, (nv, order + 1)."""
     return [derivative_inputs(tape, "a", k, nv, order) for k in range(nv)]
 
 
 def base_twist(tape: Tape, order: int) -> list[list[Ref]]:
-    """Return for each component of the base's twist its time derivatives up to an order; from the second on in ``base_rates``."""
+    """Return the base's twist components with time derivatives up to ``order``; from order 2 on in ``base_rates``."""
     starts = [base_place("omega"), base_place("velocity")]
     rates = [base_place("omega_dot"), base_place("velocity_dot")]
     components: list[list[Ref]] = []
@@ -59,7 +59,7 @@ class MotionJets:
     def of(
         self, quantities: Sequence[Ref], order: int, along: Sequence[Sequence[Ref]] | None = None
     ) -> list[list[Ref]]:
-        """Return the time derivatives, from 0 up to an order, of quantities of the scene.
+        """Return the time derivatives, orders 0 to ``order``, of quantities of the scene.
 
         ``along`` are a and its derivatives where they are not inputs.
         """
@@ -67,7 +67,7 @@ class MotionJets:
         return [time_derivatives(self.tape, jet) for jet in found]
 
     def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
-        """Return the time derivatives of vdot, given as a function of the state, along the motion that it causes."""
+        """Return the time derivatives of vdot, a function of the state, along the motion that it generates."""
         along: list[list[Ref]] = [[] for _ in accelerations_]
         for k in range(order + 1):
             for path, found in zip(along, self.of(accelerations_, k, [[*path, ZERO] for path in along]), strict=True):
@@ -75,7 +75,7 @@ class MotionJets:
         return along
 
     def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
-        """Return the jets of all inputs up to an order, for motions given by a and its derivatives."""
+        """Return the jets of all inputs up to ``order``, for motions given by a and its derivatives."""
         paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
         given = [taylor_coefficients(self.tape, path) for path in paths]
         velocities = [self._velocity(k, given[k]) for k in range(self.tree.nv)]
@@ -113,7 +113,7 @@ class MotionJets:
 
 
 def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
-    """Return the jets of all components of the base struct, from its twist's derivatives."""
+    """Return the jets of all components of the base struct, from the derivatives of its twist."""
     twist = base_twist(tape, order + 1)
     jets_of_twist = [taylor_coefficients(tape, path) for path in twist]
     pose = [tape.input("base", k) for k in range(7)]

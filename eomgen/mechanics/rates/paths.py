@@ -1,4 +1,4 @@
-"""Paths: a quantity in moving axes with the time derivatives of its components, and how they change from frame to frame.
+"""Paths: components of a vector in moving axes with their time derivatives, and their change of frame.
 
 For y = R^T x, where the rotation has R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So nothing is
 needed beside R itself but cross products with w and its derivatives. With Y[k][m] = d^m/dt^m (d/dt + w~)^k y,
@@ -26,12 +26,12 @@ Entry = Callable[[int, int], Vector]
 
 
 def to_child(rotation: Rotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
-    """Return the path of R^T x, as long as that of x; ``turn`` is the path of w, in the child's axes."""
+    """Return the path of R^T x, as long as that of x; ``turn`` is the path of w in child axes."""
     return in_rotating_axes([rotation.rotate_back(value) for value in x], turn)
 
 
 def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
-    """Return the path of y in axes that turn with w, from the derivatives Y[k][0] that were taken elsewhere."""
+    """Return the path of y in axes that rotate with w, from the derivatives Y[k][0] = (d/dt + w~)^k y."""
     table = {(k, 0): value for k, value in enumerate(rotated)}
 
     def entry(k: int, m: int) -> Vector:
@@ -44,7 +44,7 @@ def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
 
 
 def to_parent(rotation: Rotation, turn: Sequence[Vector], y: Sequence[Vector]) -> Path:
-    """Return the path of R y, as long as that of y."""
+    """Return the path of R y, as long as that of y; ``turn`` is the path of w in child axes."""
     table = {(0, m): value for m, value in enumerate(y)}
 
     def entry(k: int, m: int) -> Vector:
@@ -81,7 +81,7 @@ def _weighted(sources: Sequence[tuple[int, Vector]]) -> Vector:
 
 
 def product(x: Numbers, y: Numbers, order: int) -> Scalar:
-    """Return the derivative of x y of an order, by Leibniz' rule; equal weights are multiplied once."""
+    """Return d^order/dt^order (x y) by Leibniz' rule; equal weights are multiplied once."""
     total = x[0] * y[order]
     if order:
         total = x[order] * y[0] + total
@@ -94,7 +94,7 @@ def product(x: Numbers, y: Numbers, order: int) -> Scalar:
 
 
 def square(x: Numbers, order: int) -> Scalar:
-    """Return the derivative of x^2 of an order."""
+    """Return d^order/dt^order x^2."""
     if order == 0:
         return x[0] * x[0]
     if order % 2:
@@ -110,7 +110,7 @@ def square(x: Numbers, order: int) -> Scalar:
 
 
 def cross_path(x: Sequence[Vector], y: Sequence[Vector], order: int) -> Vector:
-    """Return the derivative of x x y of an order."""
+    """Return d^order/dt^order (x cross y)."""
     total = cross(x[0], y[order])
     for k in range(1, order + 1):
         total = plus(total, scaled(math.comb(order, k), cross(x[k], y[order - k])))
@@ -118,7 +118,7 @@ def cross_path(x: Sequence[Vector], y: Sequence[Vector], order: int) -> Vector:
 
 
 def centripetal_path(omega: Sequence[Vector], order: int) -> Matrix:
-    """Return the derivative of omega~ omega~ of an order, symmetric by structure."""
+    """Return d^order/dt^order (omega~ omega~), (3, 3), symmetric by structure."""
     x, y, z = ([value[k] for value in omega] for k in range(3))
     xx, yy, zz = (square(component, order) for component in (x, y, z))
     xy, xz, yz = product(x, y, order), product(x, z, order), product(y, z, order)
@@ -126,7 +126,7 @@ def centripetal_path(omega: Sequence[Vector], order: int) -> Matrix:
 
 
 def at_path(fields: Sequence[Field], position: Sequence[Vector], order: int) -> Vector:
-    """Return the derivative of an order of the acceleration at a position that moves in the field's axes."""
+    """Return d^order/dt^order of the acceleration at a position that moves in the field's axes."""
     total = fields[order].at(position[0])
     for k in range(1, order + 1):
         if any(not value.is_zero for value in position[k]):

@@ -1,4 +1,4 @@
-"""Inverse dynamics and its time derivatives in one recursion: outwards motion, inwards wrenches, all as paths in link axes.
+"""Inverse dynamics with time derivatives in one recursion: motion outwards, wrenches inwards, as paths in link axes.
 
 Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257, section 4, for any order, any joint and a moving base. Angular acceleration
 is the derivative of the components of angular velocity, so its derivatives cost nothing beyond one more of those; the mass enters
@@ -21,7 +21,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar, plus, scaled
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves a tree.
+    """Motion that drives a tree.
 
     Attributes
     ----------
@@ -38,11 +38,12 @@ class Drive:
 def inverse_dynamics_path(
     tree: Tree, drive: Drive, loads: Sequence[Sequence[Wrench] | None], order: int
 ) -> list[list[Scalar]]:
-    """Return tau and its derivatives up to an order, without efforts.
+    """Return tau, (nv,), and its time derivatives up to ``order``, without efforts.
 
     Parameters
     ----------
-    loads : path of the applied wrench by link, in link axes; None where nothing is applied
+    drive : motion of joints and base with derivatives
+    loads : path of the applied wrench by link, in link axes; None for no load
     """
     algebra = tree.algebra
     turns, fields = _fields(tree, drive, order)
@@ -73,7 +74,7 @@ def _efforts(link: Link, drive: Drive, load: Wrench, order: int) -> list[Scalar]
 
 
 def joint_path(link: Link, drive: Drive, order: int) -> tuple[Path, Path]:
-    """Return angular and linear velocity across a joint, in the child's axes, with derivatives up to an order."""
+    """Return the paths of angular and linear velocity across a joint, in child axes, up to ``order``."""
     algebra = Algebra(link.rotor_inertias[0].tape)
     turn, slide = [algebra.zero_vector] * (order + 1), [algebra.zero_vector] * (order + 1)
     for column, dof in zip(link.columns, link.dofs, strict=True):
@@ -85,7 +86,7 @@ def joint_path(link: Link, drive: Drive, order: int) -> tuple[Path, Path]:
 
 
 def position_path(link: Link, turn: Path, slide: Path, order: int) -> Path:
-    """Return the position of a link in its parent's axes with derivatives up to an order."""
+    """Return the path of a link's position in parent axes, up to ``order``."""
     return [link.position, *to_parent(link.rotation, turn, slide[:order])]
 
 

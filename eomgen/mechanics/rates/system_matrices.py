@@ -1,4 +1,4 @@
-"""The closed form on the Lie group: system matrices over all links, and their time derivatives, without multiplying matrices.
+"""Closed form on the Lie group: products with the system matrices of all links, and their time derivatives.
 
     V = J v + U V_B,   J = A X,   A' = A a - A a A,   tau = J^T (M V' - b^T M V - wrenches)
 
@@ -41,17 +41,17 @@ def pair_scaled(factor: Scalar | float, x: Pair) -> Pair:
 
 
 def is_zero(x: Pair) -> bool:
-    """Return whether a pair vanishes by structure, as most columns of most links do."""
+    """Return whether a pair is 0 by structure, as are most columns of most links."""
     return all(value.is_zero for part in x for value in part)
 
 
 def bracket(x: Pair, y: Pair) -> Pair:
-    """Return ad(x) y of twists."""
+    """Return ad(x) y of twists (angular, linear)."""
     return cross(x[0], y[0]), plus(cross(x[1], y[0]), cross(x[0], y[1]))
 
 
 def bracket_transposed(x: Pair, load: Pair) -> Pair:
-    """Return ad(x)^T of a wrench."""
+    """Return ad(x)^T load of a wrench (moment, force)."""
     moment = plus(cross(x[0], load[0]), cross(x[1], load[1]))
     force = cross(x[0], load[1])
     return (-moment[0], -moment[1], -moment[2]), (-force[0], -force[1], -force[2])
@@ -64,7 +64,7 @@ def combined(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = p
 def by_link(
     operators: Sequence[Pair], x: Columns, operation: Callable[[Pair, Pair], Pair] = bracket, factor: float = 1.0
 ) -> Columns:
-    """Return a block diagonal matrix of brackets times columns, times a factor."""
+    """Return factor * (block diagonal matrix of brackets) * (columns x)."""
     found = [
         [pair if is_zero(pair) else operation(operator, pair) for pair in row] for operator, row in zip(operators, x, strict=True)
     ]
@@ -72,7 +72,7 @@ def by_link(
 
 
 class SystemMatrices:
-    """System matrices of one tree and their derivatives along a motion, recorded where they are used.
+    """System matrices of one tree and their time derivatives along a motion, each recorded at its first use.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class SystemMatrices:
         return columns
 
     def joint_twists(self, order: int) -> list[Pair]:
-        """Return the derivatives of X v by link: the operators a, a', a''."""
+        """Return the derivative of X v by link: the operators a, a', a''."""
         if order not in self._joint_twists:
             self._joint_twists[order] = [self._times(row, order) for row in self.X]
         return self._joint_twists[order]
@@ -158,11 +158,11 @@ class SystemMatrices:
     # -- derivatives ---------------------------------------------------------------------------------------------------
 
     def jacobian(self, order: int) -> Columns:
-        """Return a derivative of J = A X."""
+        """Return a time derivative of the system Jacobian J = A X."""
         return self._J.derivative(order)
 
     def adjoints(self) -> Image:
-        """Return A itself, with its derivatives: six columns for each link."""
+        """Return A with its time derivatives, six columns per link."""
         zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
         own: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
         rows: Columns = []
@@ -171,7 +171,7 @@ class SystemMatrices:
         return Image(self, rows)
 
     def twists(self, order: int, first: int = 0) -> list[Pair]:
-        """Return a derivative of J v by link: the operators b, b', b'' of a base at rest."""
+        """Return the derivative of J v by link: the operators b, b', b'' for a base at rest."""
         total = [self.zero] * len(self.tree.links)
         for k in range(order + 1):
             part = [self._times(row, first + order - k) for row in self.jacobian(k)]
@@ -179,7 +179,7 @@ class SystemMatrices:
         return total
 
     def with_transpose(self, paths: Sequence[Columns]) -> list[Columns]:
-        """Return the derivatives of A^T x from those of x, up to the second: by the rule for A^T, applied twice."""
+        """Return A^T x and its derivatives up to order 2 from those of x, by the rule for A^T."""
         z = [self.inwards(paths[0])]
         if len(paths) == 1:
             return z
@@ -200,7 +200,7 @@ class SystemMatrices:
 
 
 class Image:
-    """A x and its derivatives, for columns x that depend on time through what ``changes`` says, or not at all.
+    """A x and its time derivatives, for columns x whose time dependence is given by ``changes``.
 
     The n-th derivative of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n).
     """
@@ -233,7 +233,7 @@ class Image:
 
 
 def moved(link: Link, twist: Pair) -> Pair:
-    """Return a twist of the parent's frame as that of the link's frame, were the two one body: Ad."""
+    """Return Ad of a twist: from the parent's frame to the link's frame, as of one rigid body."""
     angular, linear = twist
     carried = link.rotation.rotate_back(plus(linear, cross(angular, link.position)))
     return link.rotation.rotate_back(angular), carried

@@ -1,4 +1,4 @@
-"""Shape functions of beams and their integrals, exact to the last digit on every machine."""
+"""Shape functions of beams and their integrals, correctly rounded and identical on every machine."""
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.

@@ -1,4 +1,4 @@
-"""Symmetric banded matrices of mpmath's numbers, and modes found with all their digits.
+"""Symmetric banded matrices of fixed-point numbers, and modes of a pencil (K, M) to full precision.
 
 SciPy's eigenvectors are where Rayleigh's quotient iteration starts, which triples the digits in every step (B. N. Parlett, The
 Symmetric Eigenvalue Problem, 1980, section 4.6). So the result does not depend on the library or the processor.
@@ -28,7 +28,7 @@ class Banded:
         self.rows[row][row - column] += value
 
     def restricted(self, kept: Sequence[int]) -> Banded:
-        """Return the matrix of some rows and columns, in order."""
+        """Return the matrix of the given rows and columns, in order."""
         result = Banded(len(kept), self.width)
         for place, row in enumerate(kept):
             for other in range(max(0, place - self.width), place + 1):
@@ -57,7 +57,7 @@ class Banded:
         return result
 
     def solved(self, right: Sequence[Any]) -> list[Any]:
-        """Return the solution x of matrix x = right, by L D L^T without exchanges of rows: digits enough are carried."""
+        """Return the solution x of matrix x = right, by L D L^T without pivoting; the precision suffices."""
         rows, x, size = [list(row) for row in self.rows], list(right), len(self.rows)
         for pivot in range(size):
             below = range(pivot + 1, min(pivot + self.width, size - 1) + 1)
@@ -76,7 +76,7 @@ class Banded:
         return x
 
     def doubles(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-        """Return the matrix in double precision, full."""
+        """Return the dense matrix in double precision."""
         result = np.zeros((len(self.rows),) * 2)
         for place, row in enumerate(self.rows):
             for below in range(min(self.width, place) + 1):
@@ -85,7 +85,7 @@ class Banded:
 
 
 def modes(stiffness: Banded, mass: Banded, first: int, count: int) -> list[list[Any]]:
-    """Return modes (count, n) of stiffness x = w^2 mass x, from number ``first`` on by frequency, of any length."""
+    """Return modes, (count, n), of K x = w^2 M x from number ``first`` on by frequency, not normalised."""
     wanted = (first, first + count - 1)
     squares, guesses = scipy.linalg.eigh(stiffness.doubles(), mass.doubles(), subset_by_index=wanted)
     found = []

@@ -1,4 +1,4 @@
-"""Finite elements of a beam, reduced to the modes of the mesh or taken with their nodal displacements as coordinates.
+"""Finite elements of a beam, with modes of the mesh or nodal displacements as coordinates.
 
 Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and torsion have
 three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones with the fourth power of
@@ -59,7 +59,7 @@ class Elements:
         return 1.0
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s; of the element that begins where two meet."""
+        """Return values, first and second derivatives by s, (n, m) each; at nodes of the element that begins there."""
         element = np.minimum((s * self.count) >> BITS, self.count - 1)
         within = s * self.count - (element << BITS)
         first = element.astype(int) * self.stride
@@ -124,7 +124,7 @@ def _numbers(values: Fixed) -> list[Any]:
 
 
 def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Banded:
-    """Return the matrix of int f^(d) f^(d) of a mesh, weighted by a profile of the beam, per unit of the property."""
+    """Return the matrix of int f^(d) f^(d) profile of a mesh, per unit of the property."""
     h = Fraction(beam.length) / mesh.count
     functions = [differentiated(function, derivative) for function in mesh.local]
     along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
@@ -149,7 +149,7 @@ def _number(fraction: Fraction | int) -> Any:
 
 
 def _add(matrix: Banded, values: list[Any], factor: Any) -> None:
-    """Add factor values values^T; values are those of one place, so they are within the band."""
+    """Add factor values values^T, with values at one position, which are within the band."""
     present = [place for place, value in enumerate(values) if value]
     for place in present:
         for other in present:

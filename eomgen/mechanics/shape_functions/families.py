@@ -1,4 +1,4 @@
-"""What a family of shape functions is: n functions of s = 0 .. 1 along a beam with two derivatives, smooth between breaks."""
+"""Families of shape functions: n functions of s in [0, 1] with two derivatives, smooth between breaks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Family(Protocol):
     def wave_number(self) -> float: ...
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values, first and second derivatives by s at m places."""
+        """Return values, first and second derivatives by s at m positions, (n, m) each."""
         ...
 
 
@@ -45,7 +45,7 @@ class Scaled:
 
     @property
     def breaks(self) -> tuple[Fraction, ...]:
-        """Places where functions are not smooth."""
+        """Positions at which functions are not smooth."""
         return self.family.breaks
 
     @property

@@ -1,4 +1,4 @@
-"""Shape integrals of a beam: all that its equations of motion need to know of its shape functions.
+"""Computation of a beam's shape integrals.
 
 Everything is a sum of whole numbers (see ``fixed_point``) that is rounded once: a fraction becomes the double nearest to it, and
 what vanishes by symmetry or orthogonality is zero.
@@ -28,7 +28,7 @@ Pairs = Callable[[int, int], bool]
 
 
 def shape_integrals(beam: Beam) -> ShapeIntegrals:
-    """Return the shape integrals of a beam; ``h1`` and ``h2`` are empty where ``beam.order`` is 1, which needs none of them."""
+    """Return the shape integrals of a beam; ``h1`` and ``h2`` are empty for ``beam.order`` 1."""
     return _Integrator(beam).integrals()
 
 
@@ -43,7 +43,7 @@ class _Integrator:
         self.f, self.slope, self.curvature = self.values(self.grid.places)
 
     def place(self, x: float) -> Fraction:
-        """Return s of the point of the beam that is nearest to x."""
+        """Return s = (x - start) / length in [0, 1]."""
         return min(max((Fraction(x) - self.start) / self.length, Fraction(0)), Fraction(1))
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
@@ -131,7 +131,7 @@ class _Integrator:
         return self.kinds[k] == self.kinds[j] == kind
 
     def shortened(self, density: Coefficients) -> Array:
-        """Return integrals of the shortening with a density: what is farther out than a place is drawn in by the slope there."""
+        """Return integrals of the shortening with a density: slopes at x displace all mass beyond x."""
         total = integrated(density)
         beyond = polynomial(total, self.grid.places)
         outer = (self.grid.places > fixed(self.origin)).astype(int).astype(object)
@@ -165,7 +165,7 @@ class _Integrator:
         return rounded(h1), rounded(h2, 1 / self.length)
 
     def station(self, x: float) -> Station:
-        """Return the shape functions at a place of the axis."""
+        """Return the shape functions at a position of the axis."""
         s = self.place(x)
         f, slope, _ = (part[:, 0] for part in self.values(array([s])))
         value, turn = np.zeros(len(self.kinds), dtype=object), np.zeros(len(self.kinds), dtype=object)
@@ -184,7 +184,7 @@ class _Integrator:
 
 
 def _unless_zero(value: int, square: int, other: int) -> int:
-    """Return a value, or zero where it is as good as nothing against the root of two squares' product."""
+    """Return a value, or 0 if it is negligible against the root of the product of two squares."""
     return 0 if (abs(value) << _VANISHES) ** 2 <= square * other else value
 
 

@@ -22,7 +22,7 @@ _BITS_PER_MODE = 10  # cosh(lambda) grows by 4.5 bits a mode, and is squared on 
 
 
 class Root(NamedTuple):
-    """A mode: its wave number lambda, sigma, A = (1 - sigma) e^lambda, and e^-lambda, numbers of mpmath."""
+    """One mode: wave number lambda, sigma, A = (1 - sigma) e^lambda, and e^-lambda, in mpmath numbers."""
 
     wave_number: Any
     sigma: Any
@@ -56,7 +56,7 @@ class BendingModes:
 
     @property
     def wave_number(self) -> float:
-        """Of the highest mode, rad."""
+        """Wave number of the highest mode, rad."""
         return float(root(self.sign, self.size).wave_number)
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
@@ -64,7 +64,7 @@ class BendingModes:
         return _table([root(self.sign, number) for number in range(1, self.size + 1)], self.bending, s)
 
     def bending(self, mode: Root, s: Any) -> tuple[Any, Any, Any]:
-        """Return value and derivatives of one mode at one place."""
+        """Return value and derivatives of one mode at one position."""
         wave, sigma, growing, decay = mode
         x = wave * s
         cos, sin = mpmath.cos_sin(x)
@@ -91,7 +91,7 @@ class Waves:
 
     @property
     def wave_number(self) -> float:
-        """Of the highest one, rad."""
+        """Wave number of the highest mode, rad."""
         return np.pi * self.size
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
@@ -101,7 +101,7 @@ class Waves:
             return _table([number - half for number in range(1, self.size + 1)], self.wave, s)
 
     def wave(self, turns: Any, s: Any) -> tuple[Any, Any, Any]:
-        """Return value and derivatives of one function, of so many half waves, at one place."""
+        """Return value and derivatives of one function, with the given number of half waves, at one position."""
         wave = turns * mpmath.pi
         cos, sin = mpmath.cospi(turns * s), mpmath.sinpi(turns * s)
         if self.ends == "free_free":

@@ -1,4 +1,4 @@
-"""Integrals along a beam by Gauss's rule, on panels so short that products of shape functions are exact to a double."""
+"""Gauss quadrature along a beam, on panels for which products of shape functions are exact to double precision."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WAVE_PER_PANEL = 3.0  # rad: what is left out of products of four functions is 
 
 @functools.cache
 def _rule() -> tuple[Fixed, Fixed, Fixed]:
-    """Return nodes and weights of Gauss's rule on 0 .. 1, and (n, n) integrals from 0 to each node of what is 1 at one."""
+    """Return nodes and weights of Gauss's rule on [0, 1], and integrals, (n, n), of the Lagrange basis from 0 to nodes."""
     with mpmath.workprec(WORKING):
         nodes = [_root(number) for number in range(_NODES)][::-1]
         weights = [2 / ((1 - x * x) * _legendre(x)[1][-1] ** 2) for x in nodes]
@@ -46,7 +46,7 @@ def _legendre(x: Any) -> tuple[list[Any], list[Any]]:
 
 
 def _root(number: int) -> Any:
-    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess that leads to each of them."""
+    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess in its basin."""
     x = mpmath.cos(mpmath.pi * (number + mpmath.mpf(3) / 4) / (_NODES + mpmath.mpf(1) / 2))
     for _ in range(8):
         values, slopes = _legendre(x)
@@ -55,7 +55,7 @@ def _root(number: int) -> Any:
 
 
 class Grid:
-    """Places along a beam at which functions are summed up.
+    """Quadrature nodes along a beam.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Grid:
         return int(np.sum(times(self.weights, *factors)))
 
     def from_origin(self, values: Fixed, origin: Fraction) -> Fixed:
-        """Return running integrals from ``origin``, an edge of panels, to each place, of (m,) values."""
+        """Return running integrals of (m,) values from ``origin``, an edge of panels, to each node."""
         _, weights, running = _rule()
         parts = values.reshape(len(self.lengths), _NODES)
         within = times(np.sum(times(parts[:, None, :], running), axis=-1), self.lengths[:, None])

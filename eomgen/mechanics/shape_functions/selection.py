@@ -1,4 +1,4 @@
-"""The shape functions of a deformation: the family that a scene asks for, in its normalisation."""
+"""Shape functions of a deformation: the scene's family, normalised."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _natural(deformation: Deformation, beam: Beam) -> tuple[Family, Ends]:
 
 
 def _greatest(family: Family, ends: Ends) -> list[int]:
-    """Return values at a free second end, else the greatest magnitude of each function with the sign it first has."""
+    """Return values at a free second end, else the largest magnitude of each function with its first sign."""
     if ends != "pinned_pinned":
         return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
     count = _SAMPLES * family.size

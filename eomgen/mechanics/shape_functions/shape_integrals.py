@@ -1,4 +1,4 @@
-"""What mechanics needs to know of a beam's shape functions: values at stations, and integrals over the beam, as plain numbers.
+"""Shape functions of a beam for mechanics: values at stations, and integrals over the beam, as plain numbers.
 
 All functions of x, the place on the beam's axis in its frame. Shape functions f_k belong to elastic coordinates k = 0 .. n-1
 in the order of ``Beam.deformations``. Integrals over mass are for a unit of ``mass_per_length`` (with the mass profile),
@@ -16,7 +16,7 @@ from eomgen.scene.bodies.beam import DeformationKind
 
 @dataclass(frozen=True)
 class Station:
-    """Shape functions at one place of the axis.
+    """Shape functions at one position of the axis.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Station:
 
 @dataclass(frozen=True)
 class ShapeIntegrals:
-    """Shape functions of one beam, integrated.
+    """Integrals of the shape functions of one beam.
 
     Attributes
     ----------

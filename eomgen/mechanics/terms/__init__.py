@@ -1,4 +1,4 @@
-"""What records the terms: forward dynamics, implicit steps, linear models, rates."""
+"""Recorders of the terms: forward dynamics, implicit steps, linear models, rates."""
 
 __all__: list[str] = []
 #: Open to the other parts of ``mechanics``.

@@ -1,4 +1,4 @@
-"""Forward dynamics: M = L^T D L without fill along the tree and three substitutions, or articulated bodies where they cost less.
+"""Forward dynamics: M = L^T D L along the tree with three substitutions, or articulated bodies if cheaper.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5.
 """
@@ -15,13 +15,13 @@ from eomgen.system.system import Block
 
 
 def forward_blocks(derivation: Derivation) -> list[Block]:
-    """Return vdot as the block of the term ``forward_dynamics``."""
+    """Return vdot, (nv,), as the block of the term ``forward_dynamics``."""
     values = forward_dynamics(derivation)
     return [derivation.block("vdot", (len(values),), values, "time derivative of v")]
 
 
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
-    """Return vdot by the way that takes the fewest operations; deep trees try articulated bodies only, where these can serve."""
+    """Return vdot, (nv,), by the algorithm with the fewest operations; deep trees try articulated bodies only."""
     ways, tree, loads = [], derivation.tree, derivation.loads
     if not (tree.following or tree.elastic):
         ways.append(articulated_forward(derivation.grouped, derivation.motion, loads.wrenches, loads.efforts))

@@ -1,4 +1,4 @@
-"""What an implicit step evaluates: all equations together, and the nonzeros of all their partials together."""
+"""Functions of an implicit step: all equations at once, and the nonzeros of all their partials at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eomgen.system.system import Block
 
 
 def equations(derivation: Derivation) -> list[Block]:
-    """Return the residual, constraints and their rates, and the rates of internal states, each where there are some."""
+    """Return the blocks of residual, constraints with rates, and rates of internal states, as far as they exist."""
     blocks = derivation.residual()
     if derivation.constraints is not None:
         blocks += [*derivation.constraint(), *derivation.constraint_velocity()]
@@ -17,7 +17,7 @@ def equations(derivation: Derivation) -> list[Block]:
 
 
 def iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of all partials: of the whole tree, or of each step of its recursion where the tree is large."""
+    """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
     if derivation.constraints is None and derivation.large:
         return extended_iteration(derivation)
     matrices = derivation.partials()
@@ -29,7 +29,7 @@ def iteration(derivation: Derivation) -> list[Block]:
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of the partials of each step of the recursion, and keep where they belong."""
+    """Return the nonzeros of the partials of each step of the recursion, and store their indices."""
     with derivation.tape.block("partials of each step of the recursion"):
         found, derivation.inner_owners = extended_partials(
             derivation.grouped, derivation.kinematics, derivation.motion, derivation.loads.wrenches, derivation.inverse(),

@@ -1,4 +1,4 @@
-"""The linear model of a scene about any of its states, by forward differentiation of what the tape has recorded.
+"""Linear model of a scene about any state, by forward differentiation of recorded terms.
 
     M0 da + C0 dv + K0 dq + Rz dz = B0 du + E0 dw - B^T dlam         dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
 
@@ -26,7 +26,7 @@ _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"
 
 
 def linearization(derivation: Derivation) -> list[Block]:
-    """Return M0, C0, K0, then B0 and E0, then those of internal states, each where it has columns and rows."""
+    """Return M0, C0, K0, B0, E0 and the matrices of internal states, those with rows and columns."""
     tape, scene = derivation.tape, derivation.scene
     K, C, M = derivation.partials()
     blocks = [
@@ -45,7 +45,7 @@ def linearization(derivation: Derivation) -> list[Block]:
 
 
 def output_partials(derivation: Derivation) -> list[Block]:
-    """Return the partials of the named outputs: Yq, Yv, Ya, Yz, Ylam, Yu, Yw, each where it has columns."""
+    """Return the partials of the named outputs, Yq, Yv, Ya, Yz, Ylam, Yu, Yw, those with columns."""
     tape, tree = derivation.tape, derivation.tree
     values = [Scalar(tape, ref) for ref in derivation.outputs()[0].refs]
     multipliers = 0 if derivation.constraints is None else len(derivation.constraints.tangents)
@@ -61,7 +61,7 @@ def output_partials(derivation: Derivation) -> list[Block]:
 
 
 def acceleration_partials(derivation: Derivation) -> list[Block]:
-    """Return Aq (left-trivialised) and Av, the partials of the rows' accelerations B a + g, where g is ``constraint_bias``."""
+    """Return Aq (left-trivialised) and Av, partials of constraint accelerations B a + g, g the ``constraint_bias``."""
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
     rows = _accelerations(derivation, B, g)
     with derivation.tape.block("partials of the constraints' accelerations"):
@@ -69,7 +69,7 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
 
 
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
-    """Return velocities and accelerations of the joints of absolute bodies, and their partials: Pv and Pq, Pav and Paq."""
+    """Return joint velocities and accelerations of absolute bodies, and their partials Pv, Pq, Pav, Paq."""
     calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
     nv, count = derivation.tree.nv, len(calculus.level)
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)
@@ -128,7 +128,7 @@ class Columns:
         self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in given), *of_base))
 
     def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, what: str) -> list[Block]:
-        """Return the partials of values in inputs and in disturbances, under two names."""
+        """Return the partials of values in inputs and in disturbances, as two named blocks."""
         driven = f"{what}/du, u: {self.driven_names}"
         disturbed = f"{what}/dw, w: {self.disturbance_names}"
         return [

@@ -1,4 +1,4 @@
-"""Terms that are time derivatives along a motion, and the matrices of the closed form: what records them.
+"""Recorders of time derivatives along a motion, and of the closed form's matrices.
 
 Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257.
 """
@@ -28,7 +28,7 @@ _SUFFIXES = ("", "_dot", "_ddot")
 
 
 def rate_blocks(derivation: Derivation, term: Term) -> list[Block]:
-    """Return the outputs of a term, derivative by derivative: ``tau``, ``tau_dot``, ``tau_ddot``, ``tau_3``..."""
+    """Return the blocks of a term, one per derivative: ``tau``, ``tau_dot``, ``tau_ddot``, ``tau_3``..."""
     source, paths = derivatives_of(derivation, term.source, term.order)
     blocks = []
     for k in range(term.first, term.order + 1):
@@ -43,7 +43,7 @@ Paths = list[list[Ref]]
 
 
 def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity as a block, and the derivatives of its components up to an order."""
+    """Return a quantity as a block, and the time derivatives of its components up to ``order``."""
     if source in CLOSED_MATRICES or source.startswith("closed_"):
         return closed_block(derivation, source, order)
     (block,) = RECORDERS[source](derivation)
@@ -63,7 +63,7 @@ def _by_jets(derivation: Derivation, block: Block, order: int, along: Paths | No
 
 
 def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity of the closed matrix form, and the derivatives of its components."""
+    """Return a quantity of the closed form as a block, and the time derivatives of its components up to ``order``."""
     system = SystemMatrices(derivation.tree, velocity_paths(derivation, order))
     with derivation.tape.block(f"closed form of {source}"):
         if source == "closed_inverse_dynamics":
@@ -81,7 +81,7 @@ def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block
 
 
 def forward_rates(derivation: Derivation, order: int) -> Paths:
-    """Return for each component of vdot its derivatives along the motion that forces cause.
+    """Return vdot and its time derivatives along the motion of the forced system, (nv, order + 1).
 
     Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so every
     derivative more is one substitution more in the factors of M. Where the tree is too deep for M: jets of vdot along its flow.
@@ -104,13 +104,13 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
 
 
 def motion_jets(derivation: Derivation) -> MotionJets:
-    """Return how everything in a scene moves."""
+    """Return the jets of a scene along its motion."""
     scene = derivation.scene
     return MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
 
 
 def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Paths:
-    """Return for each component of tau its derivatives: inertia and gravity by recursion, what is applied by jets.
+    """Return tau and its time derivatives, (nv, order + 1): inertia and gravity by recursion, applied loads by jets.
 
     ``along`` are a and its derivatives where they are not inputs.
     """
@@ -125,21 +125,21 @@ def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[S
 def velocity_paths(
     derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None
 ) -> list[list[Scalar]]:
-    """Return v and its derivatives up to order + 1."""
+    """Return v and its time derivatives up to order + 1 for each velocity component."""
     tape = derivation.tape
     given = accelerations(tape, derivation.tree.nv, order) if along is None else along
     return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(given)]
 
 
 def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
-    """Return angular velocity of what carries the tree, and acceleration of its origin less gravity, as paths in its axes."""
+    """Return paths of the root frame's angular velocity, and of its origin's acceleration less gravity, in its axes."""
     omega, velocity, fall = base_motion(derivation, order)
     acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
     return omega, [minus(x, y) for x, y in zip(acceleration, fall, strict=True)]
 
 
 def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
-    """Return omega and velocity of what carries the tree up to order + 1, and gravity, as paths in its axes."""
+    """Return paths of the root frame's omega and velocity up to order + 1, and of gravity, in its axes."""
     base, zero = derivation.base, derivation.algebra.zero_vector
     omega, velocity = [zero] * (order + 2), [zero] * (order + 2)
     if base.moving:

@@ -1,4 +1,4 @@
-"""What records each term that is no time derivative: the one table of terms and the functions that give their blocks."""
+"""Table of the functions that record each term without time derivatives, and that return its blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies in absolute coordinates: every body moves freely in the world, on SE(3) or R^3 x SO(3), and joints become constraints.
+"""Absolute coordinates: each body is free in the world, on SE(3) or R^3 x SO(3), and joints become constraints.
 
 Each body's frame is put at its centre of mass, so M is constant and block diagonal. On R^3 x SO(3) a body is a point
 that carries the mass (three translations along world axes) and a rigid body turning about it; the two are links of an

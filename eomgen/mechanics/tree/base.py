@@ -1,4 +1,4 @@
-"""The prescribed motion of the base: one struct of pose, twist and twist derivative, filled by ``base(t)`` or by the caller.
+"""Prescribed motion of the base: struct of pose, twist and twist derivative, filled by ``base(t)`` or by the caller.
 
 Rotations are intrinsic, in order. Everything else sees the base through this struct only, so M and h never change with its law.
 """
@@ -24,7 +24,7 @@ from eomgen.system.system import BASE_LAYOUT
 
 @dataclass(frozen=True)
 class BaseMotion:
-    """Motion of the base in base axes: angular velocity and acceleration, acceleration of the origin, and gravity there."""
+    """Motion of the base in base axes, (3,) each: omega, alpha, acceleration of the origin, gravity."""
 
     omega: Vector
     alpha: Vector
@@ -34,7 +34,7 @@ class BaseMotion:
 
 @dataclass(frozen=True)
 class BaseState:
-    """The base as the equations see it. Without rotations the orientation is the identity by structure, not by value."""
+    """Pose and twist of the base on the tape; without rotations the orientation is the identity by structure."""
 
     moving: bool
     turning: bool
@@ -47,20 +47,20 @@ class BaseState:
     gravity_world: Vector
 
     def motion(self) -> BaseMotion:
-        """Return what acceleration fields need: classical acceleration of the origin, and gravity in base axes."""
+        """Return the motion for acceleration fields: classical acceleration of the origin, and gravity in base axes."""
         acceleration = plus(self.velocity_dot, cross(self.omega, self.velocity))
         gravity = apply(transpose(self.orientation), self.gravity_world)
         return BaseMotion(self.omega, self.omega_dot, acceleration, gravity)
 
 
 def resting_base(algebra: Algebra, gravity: Vector) -> BaseState:
-    """Return a base that is the world."""
+    """Return a base at rest in the world."""
     zero = algebra.zero_vector
     return BaseState(False, False, algebra.identity, zero, zero, zero, zero, zero, gravity)
 
 
 def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
-    """Return the base as components of the input block ``base``, or the world when the scene has no base motion."""
+    """Return the base as components of the block ``base``, or at rest for a scene without base motion."""
     if scene.base is None:
         return resting_base(algebra, gravity)
     fields: dict[str, list[Scalar]] = {}
@@ -83,7 +83,7 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
 
 
 def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> list[Scalar]:
-    """Return the components of the base struct as functions of time, in the order of BASE_LAYOUT."""
+    """Return the base struct as functions of time, in the order of BASE_LAYOUT."""
 
     def resolve(symbol: Symbol) -> Scalar:
         return Scalar(algebra.tape, algebra.tape.input("t")) if symbol.kind == "time" else parameters[symbol.name]
@@ -135,7 +135,7 @@ def _about(algebra: Algebra, axis: Sequence[float], angle: Scalar) -> Matrix:
 
 
 def quaternion_product(p: Sequence[Scalar], r: Sequence[Scalar]) -> list[Scalar]:
-    """Return the Hamilton product of two quaternions."""
+    """Return the Hamilton product p r of two quaternions (w, x, y, z)."""
     w, x, y, z = p
     a, b, c, d = r
     return [

@@ -1,4 +1,4 @@
-"""Distributed inertia of a deformed beam: what its motion demands of the frame that carries it and of its own coordinates.
+"""Distributed inertia of a deformed beam: its wrench on the frame, and the rows of its elastic coordinates.
 
 Sections turn with the frame and, where torsion is asked for, about the frame's x axis with their polar inertia.
 """
@@ -22,7 +22,7 @@ Values = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class RelativeMotion:
-    """How the points of a beam move against its frame.
+    """Motion of a beam's points relative to its frame.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class ElasticBody:
     # -- motions against the frame --------------------------------------------------------------------------------------
 
     def relative_motion(self, *, rates: bool, own_rates: bool, accelerations: bool) -> RelativeMotion:
-        """Return the motion of the coordinates, or the parts of it that are asked for.
+        """Return the relative motion of the elastic coordinates, or parts of it.
 
         Parameters
         ----------
@@ -81,7 +81,7 @@ class ElasticBody:
         return RelativeMotion(velocity, moving.acceleration(), own.v if rates else still, moving.a)
 
     def unit_acceleration(self, k: int) -> RelativeMotion:
-        """Return the motion with a unit acceleration of coordinate k and no other."""
+        """Return the relative motion with unit acceleration of coordinate k and all else 0."""
         unit = tuple(self.algebra.one if j == k else self.algebra.zero for j in range(self.size))
         still = (self.algebra.zero,) * self.size
         return RelativeMotion(self.deflections.resting().velocity(), self.deflections.variation(k), still, unit)
@@ -89,7 +89,7 @@ class ElasticBody:
     # -- inertia ----------------------------------------------------------------------------------------------------------
 
     def deformed(self, rigid: Inertia) -> Inertia:
-        """Return the shape integrals of the deformed body about the frame's origin from those of the undeformed one."""
+        """Return the shape integrals of the deformed body about the frame's origin, given those of the rigid body."""
         s = self.deflections.position()
         first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
         upper = {(i, j): self.density * self.mass.product(s[i], s[j]) for i in range(3) for j in range(i, 3)}
@@ -97,7 +97,7 @@ class ElasticBody:
         return Inertia(rigid.mass, plus(rigid.first, first), self.algebra.matrix(second))
 
     def wrench(self, spin: Vector, motion: RelativeMotion) -> tuple[Vector, Vector]:
-        """Return moment about the frame's origin and force that the motion against a frame turning with ``spin`` demands."""
+        """Return the inertia wrench of the motion relative to a frame with angular velocity ``spin``, in frame axes."""
         s = self.deflections.position()
         values = {f"w{i}": spin[i] for i in range(3)}
         for name, fields in (("v", motion.velocity), ("r", motion.acceleration)):
@@ -114,7 +114,7 @@ class ElasticBody:
         return plus((x, y, z), turning), (force[0], force[1], force[2])
 
     def row(self, k: int, origin: Vector, gradient: Matrix, spin: Vector, motion: RelativeMotion) -> Scalar:
-        """Return what coordinate k needs: virtual work along it of origin + gradient s + 2 spin x s' + s''."""
+        """Return the virtual work of origin + gradient s + 2 spin x s' + s'' along coordinate k."""
         s, phi = self.deflections.position(), self.deflections.variation(k)
         values: Values = {}
         for i in range(3):
@@ -127,7 +127,7 @@ class ElasticBody:
         return self.density * work + self._own(k, 0.5 * (gradient[2][1] - gradient[1][2]), motion.accelerations)
 
     def geometric_stiffness(self, origin: Scalar, gradient: Scalar) -> list[list[Scalar]]:
-        """Return what shortening adds to the stiffness where axial accelerations are ``origin + gradient x``."""
+        """Return the geometric stiffness, (n, n), by shortening under axial accelerations ``origin + gradient x``."""
         if not self.deflections.shortens:
             return [[self.algebra.zero] * self.size for _ in range(self.size)]
         g0, g1, unit = self.mass.integrals.g0, self.mass.integrals.g1, self.mass.unit
@@ -138,15 +138,15 @@ class ElasticBody:
         ]
 
     def inertia_of(self, k: int) -> Scalar:
-        """Return the inertia of one coordinate alone, the frame at rest and nothing deformed."""
+        """Return the modal mass of coordinate k, undeformed, frame at rest."""
         return self.density * self.mass.inertia_of(k) + self.twists[k][k]
 
     def _own(self, k: int, angular_acceleration: Scalar, accelerations: Amplitudes) -> Scalar:
-        """Return what turning sections add to one row."""
+        """Return the rotary inertia terms of one row."""
         return self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
-        """Return the kinetic energy beyond that of the deformed body carried rigidly with the frame's inertial twist."""
+        """Return the kinetic energy, J, beyond that of the deformed body in rigid motion with the inertial twist."""
         own = self.deflections
         s, rates = own.position(), own.velocity()
         values = {}
@@ -198,7 +198,7 @@ def elastic_body(
 
 
 def deformations(beam: Beam) -> list[tuple[Deformation, range]]:
-    """Return each deformation of a beam with the places of its coordinates."""
+    """Return each deformation of a beam with the range of its coordinates."""
     found, start = [], 0
     for item in beam.deformations:
         found.append((item, range(start, start + item.modes)))

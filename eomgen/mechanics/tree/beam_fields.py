@@ -1,4 +1,4 @@
-"""Vector fields along a beam, separated into functions of x and of time, and integrals of their products over its mass.
+"""Vector fields along a beam, separated into functions of x and of time, and mass integrals of their products.
 
 Each component of position, velocity, acceleration and variation of the axis is c x + sum_k c_k f_k(x) + sum_r w_r a_r^T H(x) b_r:
 shape functions f and shortening H = int_0^x f' f'^T carry all that depends on x, so constants carry all integration (Lieh 1994).
@@ -60,19 +60,19 @@ class DistributedMass:
     beyond: tuple[Amplitudes, ...] | None = None
 
     def first(self, component: Component) -> Scalar:
-        """Return the integral of a component; of position, without x itself."""
+        """Return int component dm; of position without the term x."""
         total = self._weighted(self.integrals.d, component.shapes)
         for weight, a, b in component.pairs:
             total = total + weight * self._quadratic(self.integrals.g0, a, b)
         return total
 
     def inertia_of(self, k: int) -> Scalar:
-        """Return the integral of the square of one shape function."""
+        """Return int f_k^2 dm."""
         own = self.algebra.one * (self.unit * float(self.integrals.m[k, k]))
         return own if self.beyond is None else own + self.beyond[k][k]
 
     def product(self, left: Component, right: Component) -> Scalar:
-        """Return the integral of the product of two components; of two positions, without x^2."""
+        """Return int left right dm; of two positions without the term x^2."""
         total = self.algebra.zero
         for one, other in ((left, right), (right, left)):
             if one.along:
@@ -141,7 +141,7 @@ class Deflections:
     a: Amplitudes
 
     def resting(self) -> Deflections:
-        """Return the same deflections, at rest."""
+        """Return the same deflections with v = a = 0."""
         still = (self.algebra.zero,) * len(self.q)
         return replace(self, v=still, a=still)
 
@@ -158,7 +158,7 @@ class Deflections:
         return (replace(x, pairs=self._pairs((-1.0, self.a, self.q), (-1.0, self.v, self.v))), y, z)
 
     def variation(self, k: int) -> SeparatedField:
-        """Return the field that a unit variation of coordinate k gives."""
+        """Return the field of a unit variation of coordinate k."""
         unit = tuple(self.algebra.one if j == k else self.algebra.zero for j in range(len(self.q)))
         x, y, z = self._linear(unit)
         return (replace(x, pairs=self._pairs((-1.0, unit, self.q))), y, z)

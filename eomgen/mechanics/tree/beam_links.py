@@ -1,4 +1,4 @@
-"""Links of a beam: the beam itself in its frame, and a link without mass for every place that something is attached to."""
+"""Links of a beam: the beam itself, and a massless link per station to which something is attached."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from eomgen.symbolic.scalar import Scalar, minus
 
 
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
-    """Return the tree with the links of a beam, whose joint is already there.
+    """Return the tree with the links of a beam, whose joint is in the tree already.
 
-    The beam's link does not move against what carries it: its columns are zero, its coordinates deform it. So its frame, and with
-    it the shape integrals, are the body's own whatever the axes of the joint.
+    The beam's link does not move relative to its parent: its columns are zero, its coordinates deform it. So its frame,
+    and with it the shape integrals, are the body's own for any axes of the joint.
     """
     if body.beam is None:
         return tree
@@ -61,7 +61,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
 
 
 def _station_positions(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
-    """Return the places along a beam's axis that anything in the scene is attached to, without repetition."""
+    """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m."""
     found: list[float] = []
     for what, formula in attached_along(scene, body):
         x = number(formula).constant
@@ -76,7 +76,7 @@ def _station_positions(tree: Tree, scene: Scene, body: str, number: Callable[[Fo
 
 
 def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
-    """Yield what is attached to a body, in words, with its x in the body's frame."""
+    """Yield a label of everything attached to a body, with its x in the body's frame."""
     for joint in scene.joints:
         if joint.parent == body:
             yield f"joint {joint.name}", joint.position[0]

@@ -1,4 +1,4 @@
-"""Stations: places on a beam that something is attached to, carried by deflection and slope.
+"""Stations: frames on a beam to which something is attached, moved by deflection and slope.
 
 A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Both are kept whole: what
 an attached body transmits then stiffens the beam by itself (Kane, Ryan and Banerjee 1987 for the shortening).
@@ -32,7 +32,7 @@ _ROTATIONS: dict[DeformationKind, tuple[int, float]] = {
 
 @dataclass(frozen=True)
 class StationMotion:
-    """Pose of a station in the beam's frame, and how elastic coordinates move it.
+    """Pose of a station in the beam's frame, and its motion subspace.
 
     Attributes
     ----------
@@ -51,14 +51,14 @@ class StationMotion:
 
 
 def moves(station: Station) -> bool:
-    """Return whether any elastic coordinate moves or turns a station."""
+    """Return whether any elastic coordinate translates or rotates a station."""
     return bool(station.value.any() or station.slope.any())
 
 
 def station_motion(
     algebra: Algebra, kinds: tuple[DeformationKind, ...], station: Station, x: float, coordinates: Coordinates, *, shortens: bool
 ) -> StationMotion:
-    """Return pose and motion of the station at x on a beam's axis."""
+    """Return pose and motion of the station at x on a beam's axis, in the beam's frame."""
     q, v = coordinates.q, coordinates.v
     zero = algebra.zero
     shortening = [

@@ -1,4 +1,4 @@
-"""The virtual work of an elastic body beyond that of a rigid one, derived with SymPy by integrating over its mass.
+"""Virtual work of an elastic body beyond that of a rigid one, derived with SymPy by integration over the mass.
 
 A material point at s (deformed) of a frame whose acceleration field is A + U s, turning with w, accelerates with
 A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k deta_k. The
@@ -56,7 +56,7 @@ def relative_motion_kernel() -> Kernel:
 
 @cache
 def elastic_row_kernel() -> Kernel:
-    """Derive the virtual work along one elastic coordinate, of A + U s + 2 w x s' + s''.
+    """Derive the virtual work of A + U s + 2 w x s' + s'' along one elastic coordinate.
 
     In integrals ``f0`` (int phi_0), ``f0s1``, ``f0v1``, ``f0r1``, and A0..A2, U00..U22, w0..w2.
     """
@@ -69,7 +69,7 @@ def elastic_row_kernel() -> Kernel:
 
 @cache
 def relative_energy_kernel() -> Kernel:
-    """Derive the kinetic energy that motion against the frame adds: |u + w x s + s'|^2 / 2 less |u + w x s|^2 / 2.
+    """Derive the kinetic energy of relative motion: 1/2 int |u + w x s + s'|^2 - |u + w x s|^2 dm.
 
     In integrals ``v0``, ``v1s0``, ``v0v0``, the frame's velocity ``u0..u2`` and w.
     """

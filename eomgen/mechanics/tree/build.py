@@ -1,4 +1,4 @@
-"""From the joints of a scene to a tree of links: fixed joints merged, frames turned so that joint axes are coordinate axes."""
+"""Tree of links from a scene's joints: fixed joints merged, link frames aligned with joint axes."""
 
 from __future__ import annotations
 

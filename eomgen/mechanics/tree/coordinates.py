@@ -1,4 +1,4 @@
-"""Coordinates of joints on the tape: own components of q, v and a, or those of the joint that a mimicking one follows.
+"""Coordinates of joints on the tape: components of q, v and a, or those of the leader of a dependent (mimic) joint.
 
 A coordinate that follows, q = ratio q_leader + offset, is no unknown. What its joint does enters the leader's equation by virtual
 work, multiplied, so motion subspaces, inertia and forces need no more than the ratio of each joint.
@@ -50,19 +50,19 @@ class Coordinates:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
     def of(self, motion: Motion) -> Coordinates:
-        """Return those of one elementary motion of the joint."""
+        """Return the coordinates of one elementary motion of the joint."""
         if motion.kind in GROUPS:
             return self
         places, dofs = (tuple(values[k] for k in motion.components) for values in (self.places, self.dofs))
         return replace(self, places=places, dofs=dofs)
 
     def following(self, multiplier: Scalar, offset: Scalar) -> Coordinates:
-        """Return those of a joint that follows this one."""
+        """Return the coordinates of a dependent joint that follows this one."""
         return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
 
 
 def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
-    """Return the coordinates of a joint that follows none."""
+    """Return the coordinates of an independent joint."""
     places, dofs = range(factor.q_start, factor.q_start + factor.q_size), range(factor.v_start, factor.v_start + factor.v_size)
     return Coordinates(algebra, tuple(places), tuple(dofs), algebra.one, algebra.zero)
 
@@ -70,9 +70,9 @@ def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
 def joint_coordinates(
     algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int]
 ) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
-    """Return the factors of the configuration in the order of the joints, and by name the coordinates of moving joints and beams.
+    """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
 
-    ``elastic`` tells how many elastic coordinates a body has; they come right after its joint's.
+    ``elastic`` gives the number of elastic coordinates of a body; they follow its joint's.
     """
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []

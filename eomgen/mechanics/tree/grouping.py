@@ -1,4 +1,4 @@
-"""Grouping of inertial parameters: mass that a joint cannot tell from its parent's is moved to the parent.
+"""Grouping of inertial parameters: mass indistinguishable through a joint is moved to the parent.
 
 Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so
 it may be counted there; for a prismatic joint the whole second moment may, for a helical one the second moment along its
@@ -18,7 +18,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector, minus
 
 
 def grouped(tree: Tree) -> Tree:
-    """Return the tree with inertial parameters grouped from the tips to the root, where they are constants."""
+    """Return the tree with constant inertial parameters grouped from the tips to the root."""
     algebra = tree.algebra
     inertias = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):

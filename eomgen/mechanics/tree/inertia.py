@@ -1,4 +1,4 @@
-"""The virtual work of a rigid body, derived with SymPy by integrating over its mass.
+"""Virtual work of a rigid body, derived with SymPy by integration over its mass.
 
 Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape functions (1, s)
 the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh 1994; the 4 x 4
@@ -50,12 +50,12 @@ class Inertia:
         return Inertia(self.mass + other.mass, plus(self.first, other.first), matrix_plus(self.second, other.second))
 
     def moved(self, R: Matrix, p: Vector) -> Inertia:
-        """Return the integrals about another frame in which this one has orientation R and origin p."""
+        """Return the integrals about another frame, where this frame has orientation R, (3, 3), and origin p, (3,)."""
         first = apply(R, self.first)
         return Inertia(self.mass, first, multiply(multiply(R, self.second), transpose(R))).shifted(p)
 
     def shifted(self, p: Vector) -> Inertia:
-        """Return the integrals about a parallel frame in which this origin is at p."""
+        """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
         first = plus(self.first, scaled(self.mass, p))
         d, e = self.first, first
         entry = {
@@ -66,7 +66,7 @@ class Inertia:
 
 
 def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
-    """Return the shape integrals from mass, centre of mass and the inertia tensor (xx, yy, zz, xy, xz, yz) about it."""
+    """Return the shape integrals from mass, kg, centre, m, and inertia about it (xx, yy, zz, xy, xz, yz), kg m^2."""
     xx, yy, zz, xy, xz, yz = tensor
     half_trace = (xx + yy + zz) * 0.5
     central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])
@@ -76,11 +76,11 @@ def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor:
 
 @cache
 def virtual_work_kernel() -> Kernel:
-    """Derive force and moment of the inertia of a rigid body from its virtual work.
+    """Derive inertia force and moment of a rigid body from its virtual work.
 
-    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors of
-    dtheta and dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22 (upper
-    triangle).
+    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors
+    of dtheta and dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22
+    (upper triangle).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Joints as compositions of elementary motions: the pose of each and the columns of its motion subspace, in the moved frame."""
+"""Joints as chains of elementary motions: pose and motion subspace of each, in the child frame."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 
 
 @dataclass(frozen=True)
 class Motion:
-    """An elementary motion, whose motion subspace is constant in the frame that it moves.
+    """Elementary motion, with a motion subspace that is constant in the child frame.
 
     Attributes
     ----------
@@ -39,13 +39,13 @@ class Motion:
 
     @property
     def turn(self) -> CoordinateAxis | None:
-        """The coordinate axis of the links that it turns about; None for motions that do not turn about one axis."""
+        """Coordinate axis of rotation in link axes; None for motions that do not rotate about one axis."""
         return coordinate_axis(self.axes[0]) if self.kind in ("turn", "screw") else None
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column of the motion subspace in the child's frame: angular part, and velocity of the child's origin."""
+    """Column of the motion subspace in child axes: angular part, and velocity of the child's origin."""
 
     angular: Vector
     linear: Vector
@@ -53,7 +53,7 @@ class Column:
 
 @cache
 def quaternion_kernel() -> Kernel:
-    """Derive the rotation matrix of a unit quaternion (w, x, y, z), from x' = p x p* by SymPy's quaternion product.
+    """Derive the rotation matrix of a unit quaternion (w, x, y, z), from x' = p x p*.
 
     The diagonal is written 1 - 2(..), which is orthogonal to first order in the quaternion's length error.
     """
@@ -81,22 +81,22 @@ def _halved(entry: sympy.Expr) -> sympy.Expr:
 
 
 def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
-    """Return the rotation matrix of a unit quaternion, body axes to reference axes."""
+    """Return the rotation matrix, (3, 3), body to reference axes, of a unit quaternion (w, x, y, z)."""
     r = quaternion_kernel().instantiate(algebra, dict(zip("wxyz", quaternion, strict=True)))
     return ((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]))
 
 
 def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
-    """Return the elementary motions that a joint is composed of, from the parent to the child, and their axes in the child's.
+    """Return a joint's elementary motions from parent to child, with their axes in child axes.
 
-    Between two motions of a joint there is a link without mass. One screw with two columns would do for a cylindrical joint; it
-    needs as many operations, and more in partials.
+    Between two motions of a joint there is a massless link. One screw with two columns would serve a cylindrical
+    joint; it needs as many operations, and more in partials.
 
     Returns
     -------
-    axes : the axes of the joint's links in the child body's axes, as columns: the body's own, unless a turn is about a skew axis;
-        then the axis of turning is the links' z, and where there are two axes, both are coordinate axes. Where the axes are
-        beside coordinate axes, the links' axes are beside the body's
+    axes : the axes of the joint's links in child axes, as columns: the body's own, unless a rotation axis is skew; then
+        that axis is the links' z, and of two axes both are coordinate axes. Where the axes are within tolerance of
+        coordinate axes, the links' axes differ as little from the body's
     motions : with axes in link axes; none for a fixed joint
     """
     axes, axis, second = _link_axes(joint)
@@ -131,19 +131,19 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
 
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:
-    """Return, in the child's axes, a frame whose z is the joint's axis; its x is the second axis of a joint that has one."""
+    """Return a frame in child axes, (3, 3): z is the joint's axis, x its second axis if it has one."""
     if joint.kind.second_key:
         return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
     return rows(frame_about(np.array(joint.axis)))
 
 
 def perpendicular(a: Direction, b: Direction) -> Direction:
-    """Return the unit vector that completes two perpendicular ones to a right-handed frame."""
+    """Return a x b for perpendicular unit vectors, the third axis of a right-handed frame."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column, ...]:
-    """Return the motion subspace: about and along axes, or (ball and free) in the link's own axes."""
+    """Return the motion subspace in child axes; of ball and free joints along the link's own axes."""
     zero, units = algebra.zero_vector, algebra.identity
     axes = [algebra.vector(axis) for axis in motion.axes]
     match motion.kind:
@@ -160,7 +160,7 @@ def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column,
 
 
 def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
-    """Name sine and cosine of a turn after its joint, or the entries of any other rotation."""
+    """Name sine and cosine of a planar rotation after its joint, or the entries of any other rotation."""
     factor = rotation.factors[-1]
     if isinstance(factor, PlanarFactor):
         tape = factor.cosine.tape
@@ -173,7 +173,7 @@ def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
 def pose_of(
     algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
 ) -> tuple[Rotation, Vector]:
-    """Return the pose of an elementary motion's frame in what carries it, at coordinates q.
+    """Return rotation and position of an elementary motion's frame in its parent frame, at coordinates q.
 
     Parameters
     ----------

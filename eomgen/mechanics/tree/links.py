@@ -1,4 +1,4 @@
-"""Trees of links, and where the bodies of a scene sit on them.
+"""Trees of links, and the mounts of a scene's bodies on them.
 
 A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; where the joint's axis is
 no coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* says where
@@ -86,23 +86,23 @@ class Link:
         return self.coordinates.dofs
 
     def carrying(self, inertia: Inertia) -> Link:
-        """Return the link with a body more on it."""
+        """Return the link with another body's inertia added."""
         return replace(self, inertia=self.inertia + inertia)
 
     def deformed(self) -> Link:
-        """Return the link with the shape integrals of the deformed body in place of those of the undeformed one."""
+        """Return the link with the shape integrals of the deformed body."""
         return self if self.elastic is None else replace(self, inertia=self.elastic.deformed(self.inertia))
 
 
 @dataclass(frozen=True)
 class Tree:
-    """All links, parents before children, and the mounts of all bodies by name (``base`` included).
+    """Links, parents before children, and the mounts of all bodies by name (``base`` included).
 
     Attributes
     ----------
     factors : of the configuration, in the order of the links that they move
-    coordinates : of all moving joints by name, those that follow others included, and of beams
-    stations : the link that carries what is attached to a beam at x, by (body, x)
+    coordinates : of all moving joints by name, dependent ones included, and of beams
+    stations : the link at the station x of a beam, by (body, x)
     """
 
     algebra: Algebra
@@ -119,7 +119,7 @@ class Tree:
         return any(link.elastic is not None for link in self.links)
 
     def mount_at(self, body: str, r: Vector) -> Mount:
-        """Return the mount of a body's frame as the material around its point r sees it: on a beam, that of the station there."""
+        """Return the mount of a body's frame at its point r; on a beam that of the station there."""
         mount, x = self.mounts[body], r[0].constant
         link = None if x is None else self.stations.get((body, x))
         if link is None or link == mount.link:
@@ -132,11 +132,11 @@ class Tree:
 
     @property
     def following(self) -> bool:
-        """Whether any joint follows another, so that one velocity component moves several links."""
+        """Whether any joint is dependent (mimic), so that one velocity component moves several links."""
         return sum(len(link.columns) for link in self.links) > self.nv
 
     def by_dof(self, values: Mapping[int, Sequence[Scalar]]) -> list[Scalar]:
-        """Return virtual work given per link (one value per column) as generalized forces, in the order of v."""
+        """Return generalized forces, (nv,), from virtual work per link (one value per column)."""
         total = [self.algebra.zero] * self.nv
         for index, link in enumerate(self.links):
             for dof, value in zip(link.dofs, values[index], strict=True):
@@ -144,16 +144,16 @@ class Tree:
         return total
 
     def angular(self) -> tuple[bool, ...]:
-        """Return for each velocity component whether it turns anything; elastic coordinates, which deform, count as travels."""
+        """Return for each velocity component whether it is angular; elastic coordinates count as linear."""
         columns = [pair for link in self.links for pair in zip(link.dofs, link.columns, strict=True)]
         turning = {dof for dof, column in columns if not all(part.is_zero for part in column.angular)}
         return tuple(dof in turning for dof in range(self.nv))
 
     def dof_parents(self) -> tuple[int, ...]:
-        """Return for each velocity component the nearest one before it that it is coupled with, -1 where there is none.
+        """Return for each velocity component the nearest lower one coupled with it, -1 for none.
 
-        Eliminating M from the last component to the first fills no place that is not on the way from a component along
-        these parents. Where no joint follows another, they are the tree's own.
+        Elimination of M from the last component to the first has fill-in only along these parents. Without dependent
+        joints they are the tree's own.
         """
         coupled: list[set[int]] = [set() for _ in range(self.nv)]
         above: list[frozenset[int]] = []
@@ -182,7 +182,7 @@ class Tree:
 
 
 def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:
-    """Return each parameter: a constant when fixed, a component of the input block ``p`` when tunable."""
+    """Return the parameters by name: constants if fixed, components of the block ``p`` if tunable."""
     scalars, position = {}, 0
     for parameter in scene.parameters:
         if parameter.tunable:
@@ -194,12 +194,12 @@ def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:
 
 
 def no_inertia(algebra: Algebra) -> Inertia:
-    """Return the shape integrals of what has no mass."""
+    """Return the shape integrals of a massless body."""
     return Inertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
 
 
 def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
-    """Return shape integrals without the constants that are round-off of zero, which would cost operations."""
+    """Return shape integrals with constants at round-off level set to 0, which saves operations."""
 
     def snapped(value: Scalar, scale: float) -> Scalar:
         number = value.constant

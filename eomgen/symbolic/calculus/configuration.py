@@ -49,7 +49,7 @@ def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> d
 def configuration_seeds(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], block: str = "q"
 ) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of a whole configuration; ``factors`` are (group, q_start, q_size, v_start), directions are those of v."""
+    """Return the seeds of a configuration from ``factors`` (group, q_start, q_size, v_start); directions are those of v."""
     seeds: dict[Ref | InputSymbol, Tangent] = {}
     for group, q_start, q_size, v_start in factors:
         seeds |= tangent_seeds(tape, group, [tape.input(block, q_start + k) for k in range(q_size)], v_start)

@@ -77,7 +77,7 @@ def time_derivatives(tape: Tape, jet: Jet) -> list[Ref]:
 
 
 def coefficient(jet: Jet, k: int) -> Ref:
-    """Return coefficient k of a jet; beyond its list it is zero."""
+    """Return coefficient k of a jet, 0 beyond its end."""
     return jet[k] if k < len(jet) else ZERO
 
 
@@ -89,7 +89,7 @@ class JetAlgebra:
         self._sine_cosine: dict[tuple[str, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
 
     def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:
-        """Return the jet of an operation from the jets of its operands; ``value`` is its coefficient of order 0."""
+        """Return the jet of an operation from the jets of its operands; ``value`` is the coefficient of order 0."""
         tape, x = self.tape, operands[0]
         flat = [value] + [ZERO] * (len(x) - 1)
         match op:
@@ -143,7 +143,7 @@ class JetAlgebra:
                 return flat
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
-        """Return the jet of a curve: its rate is its next derivative, whose jet is one coefficient shorter, times that of x."""
+        """Return the jet of a curve c(x): c' is the curve's derivative, with a jet one coefficient shorter, times x'."""
         value = self.tape.curve(curve, derivative, x[0])
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)
@@ -200,7 +200,7 @@ class JetAlgebra:
         return z
 
     def _trigonometric(self, kind: str, x: Jet) -> tuple[list[Ref], list[Ref]]:
-        """Return the jets of sine and cosine, circular or hyperbolic, which need each other."""
+        """Return the jets of sine and cosine, circular or hyperbolic, which are computed together."""
         key = (kind, tuple(x))
         if key not in self._sine_cosine:
             ops = (Op.SIN, Op.COS) if kind == "circular" else (Op.SINH, Op.COSH)

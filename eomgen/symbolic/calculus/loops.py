@@ -74,7 +74,7 @@ def map_jets(
 def map_adjoints(
     tape: Tape, number: int, adjoints: Mapping[int, Ref], weighted_gradient: WeightedGradient
 ) -> list[tuple[Ref, Ref]]:
-    """Return (outer reference, its adjoint) for all that a Map gathers, from {number of result: adjoint}."""
+    """Return (outer reference, adjoint) for all references that a Map gathers, from {number of result: adjoint}."""
     loop = cast("Map", tape.maps[number])
     kernel = Tape()
     refs = splice(kernel, loop.kernel, loop.kernel_refs, {})
@@ -118,7 +118,7 @@ def map_adjoints(
 
 
 def compact(loop: Map, wanted: Iterable[int]) -> Map:
-    """Return a Map without what its sums, its rows and its ``wanted`` carries do not need; wanted carries come first."""
+    """Return a Map without unused operations; its ``wanted`` carries come first."""
     carries = list(wanted)
     needed: set[InputSymbol] = set()
     fresh = loop.kernel.depends_on([*loop.sums, *loop.stacked, *(loop.last[k] for k in carries)])
@@ -141,7 +141,7 @@ def compact(loop: Map, wanted: Iterable[int]) -> Map:
 
 
 class _Growth:
-    """A copy of a Map whose kernel takes further inputs, each the companion (a tangent, a coefficient) of an old one."""
+    """Copy of a Map with further kernel inputs, each the companion (a tangent, a coefficient) of an old one."""
 
     def __init__(self, loop: Map) -> None:
         self.loop = loop
@@ -166,7 +166,7 @@ class _Growth:
         return self.kernel.input("gather", len(self._gather) - 1)
 
     def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
-        """Put the loop that computes companions of all results on a tape; ``companions`` are those of the kernel references."""
+        """Record the loop that computes companions of all results; ``companions`` belong to the kernel references."""
         loop = self.loop
         sums, last, stacked = loop.split_kernel(companions)
         old = len(loop.last)
@@ -241,7 +241,7 @@ def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
 
 
 def _moving(loop: Map, moving: set[InputSymbol]) -> list[InputSymbol]:
-    """Return the kernel inputs that move when some do: those, and the carries they reach."""
+    """Return the kernel inputs that depend on the given ones: these, and the carries that they reach."""
     reached = set(moving)
     sources = [loop.kernel.depends_on([ref]) for ref in loop.last]
     for _ in sources:
@@ -254,7 +254,7 @@ def _position(symbol: InputSymbol) -> tuple[str, int]:
 
 
 def _labelled(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tangent]:
-    """Give a flat sequence of references the labels of the rows it was flattened from."""
+    """Label the rows of a flat sequence of references."""
     remaining = iter(refs)
     return [{label: next(remaining) for label in row} for row in rows]
 

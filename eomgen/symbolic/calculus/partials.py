@@ -66,7 +66,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
 
 
 def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
-    """Differentiate outputs along one direction, given as {independent quantity: its derivative}; others are constants."""
+    """Differentiate outputs along one direction, {independent quantity: its derivative}; all others are constants."""
     partials = forward_partials(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
     return [partial.get(0, ZERO) for partial in partials]
 
@@ -117,7 +117,7 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
 
 
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
-    """Return seeds by node number, signs of references taken in, zeros dropped."""
+    """Return seeds by node number, with signs of references applied and zeros dropped."""
     by_node: dict[int, Tangent] = {}
     for key, given in seeds.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
@@ -126,7 +126,7 @@ def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
 
 
 def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
-    """Return the tangent of an operation from those of the nodes before it."""
+    """Return the tangent of an operation from those of its operands."""
     operands = tape.operands(node)
     inner = [signed_tangent(tangents, ref) for ref in operands]
     if not any(inner):
@@ -198,7 +198,7 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
 
 
 def _derivative(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
-    """Return f'(x), in terms of the node f(x) itself where that is shorter."""
+    """Return f'(x), in terms of the node f(x) where that takes fewer operations."""
     match op:
         case Op.SQRT:
             return tape.div(tape.constant(0.5), node)
