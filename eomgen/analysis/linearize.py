@@ -238,7 +238,7 @@ def _check_constraints(model: CompiledModel, state: State, operating_point: Oper
 def _found_state(
     model: CompiledModel, at: str | None, initial: Mapping[str, Any] | None, operating_point: OperatingPoint, *, any_kind: bool
 ) -> tuple[State, OperatingPoint]:
-    """Return the state that ``at`` asks for; without it an equilibrium, else the initial state."""
+    """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from eomgen.studies import CheckReport, FormReport
 
 
-#: Functions with corners that are named, of many.
+#: Largest number of non-smooth functions that are named.
 _NAMED = 20
 
 

@@ -31,7 +31,7 @@ _GRID = 1025
 _TOLERANCE = 1e-5
 #: Larger changes of an angle are no turns left out, but infinities that are passed.
 _FARTHEST = 1e4
-#: Times looked at on each side of periodic corners.
+#: Times evaluated on each side of periodic breakpoints.
 _PERIODS = 64
 _HALVINGS = 80
 #: Intervals that are looked at more closely: those that bend most.

@@ -32,7 +32,7 @@ def slowest_motion(plant: Plant, G: Array) -> str:
 
 
 def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
-    """Raise ModelError where outputs cannot move the controlled modes each by itself, so that none gets what is asked for."""
+    """Raise ModelError if the outputs cannot actuate the controlled modes independently."""
     if modal.crosstalk <= _MISSED:
         return
     numbers = ", ".join(str(k + 1) for k in modal.controlled)
@@ -43,7 +43,7 @@ def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
 
 
 def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
-    """Return what modes get in place of the frequencies (rad/s) and damping ratios wanted; empty where all get theirs."""
+    """Return the modes whose frequency (rad/s) or damping ratio differs from the requested one; empty if none does."""
     differences = []
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))

@@ -25,7 +25,7 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: What a run starts from that was told nothing else, by a scene that says nothing else.
+#: The start of a run unless the caller or the scene specifies another.
 SCENE_START = "the scene's initial state"
 
 

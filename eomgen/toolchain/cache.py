@@ -179,7 +179,7 @@ class Cache:
         return sum(_size(folder) for folder in self._entries())
 
     def _substitute_folder(self) -> None:
-        """Go to a temporary folder where the chosen one cannot be written, and say so, once."""
+        """Use a temporary folder if the chosen one is read-only, with one warning."""
         if self.read_only is None or self.folder != self.read_only:
             return
         substitute = Path(tempfile.mkdtemp(prefix="eomgen-cache-"))

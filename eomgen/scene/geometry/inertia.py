@@ -112,7 +112,7 @@ def singular(entries: Sequence[Numbers]) -> Flags:
 
 
 def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
-    """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False says nothing.
+    """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False is inconclusive.
 
     Where the leading minors are positive, the product of the two larger eigenvalues is below the square of half the trace.
     """

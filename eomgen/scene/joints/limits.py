@@ -12,7 +12,7 @@ from eomgen.scene.joints.model import Friction, Stop
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 
-#: Penetration over which a stop that says nothing about it reaches its full stiffness, by unit of the coordinate.
+#: Penetration over which a stop reaches its full stiffness by default, by unit of the coordinate.
 ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 Given = tuple[float | str | None, ...] | None
 

@@ -158,7 +158,7 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
-    """Report what is wrong with the keys of an included file, which the scene that includes it does not see."""
+    """Report problems in the keys of an included file that the including scene does not use."""
     if data.get("format") != 1:
         what = f"this eomgen reads format 1, not {described(data['format'])}" if "format" in data else "the key format is missing"
         report.add("format", what, "format = 1")

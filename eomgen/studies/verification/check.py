@@ -61,7 +61,7 @@ def check(
     seed : int
         Of what is drawn.
     only : sequence of str
-        Names of forms, or their beginnings; all by default.
+        Names of closed forms, or their beginnings; all by default.
     profile : str
         As of ``eomgen.build``.
 
@@ -73,7 +73,7 @@ def check(
     Raises
     ------
     UsageError
-        A number of states or a seed that cannot be taken; no form of a name.
+        A number of states or a seed out of range, or an unknown closed form.
     DescriptionError, ModelError, ToolchainError, FileError
         As ``eomgen.build``.
     """
@@ -95,7 +95,7 @@ def check(
 
 
 def _explained(report: FormReport, model: Model, found: States) -> FormReport:
-    """Return the report of a form, in words on the inertia matrix where that is not positive definite."""
+    """Return the report of a claim, with a warning if the inertia matrix is not positive definite."""
     if report.name != "mass.M, definite" or report.worst is None:
         return report
     q = found.blocks["q"][found.names.index(report.worst.state)]
@@ -135,7 +135,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
 
 
 def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
-    """Return the forms asked for. Raises UsageError when there is none of a name."""
+    """Return the requested claims. Raises UsageError for an unknown name."""
     for name in only:
         if not any(claim.name.startswith(name) for claim in claims):
             known = [*(claim.name for claim in claims), *(term.name for term in _CHECKED)]

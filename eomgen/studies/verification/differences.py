@@ -49,7 +49,7 @@ class Differences:
 
 
 def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
-    """Return finite differences of a form's source on an engine."""
+    """Return finite differences of the source of a claim on an engine."""
     parts = [_of_states(claim, engine, part) for part in _in_parts(claim, engine, state)]
     central, sided = (np.concatenate(found, axis=1) for found in zip(*parts, strict=True))
     floor = _last_place(claim, engine, state)
@@ -118,13 +118,13 @@ def _of_states(claim: Claim, engine: Engine, state: Blocks) -> tuple[Array, Arra
 
 
 def combined(claim: Claim, engine: Engine, state: Blocks, by_direction: Array) -> Array:
-    """Return derivatives (..., count, n) as the form is meant, (..., R, C)."""
+    """Return derivatives (..., count, n) as the claim means them, (..., R, C)."""
     derivatives = np.swapaxes(by_direction, -1, -2)
     return derivatives if claim.combine is None else claim.combine(engine, state, derivatives)
 
 
 def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks) -> Array:
-    """Return a form's derivatives by complex steps on the tape, (S, R, C)."""
+    """Return the derivatives of a claim's source by complex steps on the tape, (S, R, C)."""
     assert claim.source is not None and claim.directions is not None  # as above
     rates, around = claim.directions(state), spread(state)
     with np.errstate(all="ignore"):

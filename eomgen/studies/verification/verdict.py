@@ -17,7 +17,7 @@ from eomgen.system.system import System
 
 
 def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator) -> FormReport:
-    """Return what is found of a form at states.
+    """Return the report of a claim at states.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _not_numbers(
 def _worst(
     claim: Claim, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
 ) -> list[Disagreement]:
-    """Return the entry that is farthest off, in units of what is allowed, if one of those counted is off by more."""
+    """Return the entry with the largest error relative to its tolerance, if one of those counted exceeds it."""
     with np.errstate(all="ignore"):
         off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
     if not off.size or not np.max(off) > 1.0:

@@ -35,7 +35,7 @@ class _Change:
 
 
 def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
-    """Return the forms of the term ``elastic``.
+    """Return the claims of the term ``elastic``.
 
     What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at rest.
     """
@@ -86,7 +86,7 @@ def _claim(
     space: Space, name: str, block: str, meaning: str, change: _Change, at: Callable[[Blocks], dict[str, Array]],
     kept: Array | None = None,
 ) -> Claim:  # fmt: skip
-    """Return the form of one matrix, of whose second derivation only the rows and columns ``kept`` count, if given."""
+    """Return the claim of one matrix, of whose second derivation only the rows and columns ``kept`` count, if given."""
     along = space.along[block].matrix
 
     def second(engine: Engine, state: Blocks) -> Array:

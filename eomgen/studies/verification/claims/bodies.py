@@ -17,7 +17,7 @@ _POSE = ("quaternion w", "quaternion x", "quaternion y", "quaternion z", "positi
 
 
 def body_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the forms of the terms that ``engine`` has."""
+    """Return the claims of the terms that ``engine`` has."""
     there = set(engine.functions)
     claims = [_twists(space)] if {"poses", "twists"} <= there else []
     if {"twists", "accelerations"} <= there:

@@ -1,6 +1,6 @@
 """Claim: a closed form is the derivative of another function along some directions, or equals a second derivation.
 
-Everything is a first derivative, form upon form: a second one is the derivative of a first that is checked itself.
+Every claim is a first derivative: a second derivative is that of a first one which is checked itself.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def jacobian(
     space: Space, name: str, function: str, entry: str, source: tuple[str, str], block: str, meaning: str, family: str,
     rows: Sequence[str], second: Value | None = None, second_name: str = "",
 ) -> Claim:  # fmt: skip
-    """Return the form of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q."""
+    """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q."""
     along = space.along[block]
     matrix = along.matrix
 

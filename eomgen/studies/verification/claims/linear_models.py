@@ -16,7 +16,7 @@ FAMILY = "linear model"
 
 
 def linear_claims(space: Space, engine: Engine, system: System, description: Description) -> list[Claim]:
-    """Return the forms of the terms that ``engine`` has."""
+    """Return the claims of the terms that ``engine`` has."""
     claims: list[Claim] = []
     residual, rate = ("residual", "r"), ("internal_rate", "zdot")
     if "linearization" in engine:
@@ -64,7 +64,7 @@ def _of_drives(
     space: Space, system: System, description: Description, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
     disturbed: Mapping[str, tuple[tuple[str, str], float]],
 ) -> list[Claim]:  # fmt: skip
-    """Return the forms of partials in driven inputs, and in given inputs with the base's accelerations."""
+    """Return the claims of partials in driven inputs, and in given inputs with the base's accelerations."""
     there, nu = _named(system, term), system.nu
     given = [number for number, item in enumerate(description.inputs) if item.given]
     free = [number for number, item in enumerate(description.inputs) if not item.given]
@@ -112,7 +112,7 @@ def _of_rows(space: Space, system: System) -> list[Claim]:
 
 
 def _of_joints(space: Space, system: System, description: Description) -> list[Claim]:
-    """Return the forms of the velocities of joints: their partials, their rates, and the partials of these."""
+    """Return the claims of the velocities of joints: their partials, their rates, and the partials of these."""
     term, names = "joint_velocities", [name for f in description.joints for name in component_names("", f.name, f.v_size)]
     v, a = (term, "joint_v"), (term, "joint_a")
     there = _named(system, term)

@@ -18,7 +18,7 @@ _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
 
 
 def motion_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the forms of the terms that ``engine`` has."""
+    """Return the claims of the terms that ``engine`` has."""
     there = set(engine.functions)
     claims: list[Claim] = []
     if {"mass", "energy"} <= there:

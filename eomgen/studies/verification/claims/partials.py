@@ -23,7 +23,7 @@ _MULTIPLIERS = 2.0**40
 
 
 def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
-    """Return the forms of the terms that ``engine`` has."""
+    """Return the claims of the terms that ``engine`` has."""
     there = set(engine.functions)
     residual = ("residual", "r")
     claims: list[Claim] = []
@@ -50,7 +50,7 @@ def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the forms of constraint rows; those at velocity level come after the holonomic ones."""
+    """Return the claims of constraint rows; those at velocity level come after the holonomic ones."""
     if "constraint_jacobian" not in engine:
         return []
     first = space.holonomic
@@ -125,7 +125,7 @@ def _by_multipliers(engine: Engine, state: Blocks) -> Array:
 
 
 def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
-    """Return the forms of what implicit steppers evaluate: nonzeros of all matrices together, and all rows together."""
+    """Return the claims of functions of implicit steppers: nonzeros of all matrices, and all rows."""
     claims: list[Claim] = []
     if "equations" in engine:
         same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
@@ -146,7 +146,7 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
-    """Return the form of rows that two functions give, compared beside the motion, where they do not vanish."""
+    """Return the claim of rows that two functions give, compared beside the motion, where they do not vanish."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)

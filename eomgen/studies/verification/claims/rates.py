@@ -39,7 +39,7 @@ MOTION_BLOCKS = ((*RATE_BLOCKS["a"][:2], "v"), (*RATE_BLOCKS["u"][:2], "u"))
 
 
 def rate_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the forms of the terms that ``engine`` has."""
+    """Return the claims of the terms that ``engine`` has."""
     claims: list[Claim] = []
     for term, outputs, (function, entry) in _TERMS:
         if term not in engine or function not in engine:
@@ -70,7 +70,7 @@ def rate_claims(space: Space, engine: Engine) -> list[Claim]:
 
 
 def _closed(space: Space, engine: Engine) -> list[Claim]:
-    """Return the forms of the closed matrix form's own claims: tau once more, C v = h, and M' - 2 C skew."""
+    """Return the claims of the closed matrix form itself: tau once more, C v = h, and M' - 2 C skew."""
     claims = []
     of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
@@ -184,7 +184,7 @@ def _column_of(function: str, entry: str) -> Value:
 
 
 def _drivers(engine: Engine) -> list[Claim]:
-    """Return the forms of derivatives of what is prescribed, functions of time alone."""
+    """Return the claims of derivatives of what is prescribed, functions of time alone."""
     claims = []
     time = {"t": np.ones((1, 1))}
     if "base_rates" in engine:
