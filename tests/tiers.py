@@ -232,7 +232,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "pipeline/test_calibration.py::test_placed_modes_and_placed_poles_of_a_scene": (),
     "pipeline/test_calibration.py::test_references_are_where_the_controller_rests": (),
     "pipeline/test_calibration.py::test_what_damping_makes_of_placed_modes_is_told": (),
-    "pipeline/test_equilibrium_start.py::test_the_program_of_a_loop_starts_as_simulate_does_and_generates_the_same_bytes": (),
+    "pipeline/test_equilibrium_start.py::test_the_program_of_a_loop_starts_as_simulate_does": (),
     "pipeline/test_equilibrium_start.py::test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so": (),
     "pipeline/test_initial_assembly.py::test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one": ("1e-09-joint",),
     "results/test_dense_output.py::test_constrained_runs_keep_order_two_and_almost_the_constraints": ("SE3",),
