@@ -47,7 +47,7 @@ DOORS: dict[str, set[str]] = {
     # a compiled model, and what it can do
     "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},
     "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "system"},
-    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "solvers", "system"},
+    "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "solvers", "system", "text"},
     "simulation": {
         "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "formula", "integrators", "lie",
         "linear", "results", "system", "toolchain", "version",

@@ -31,6 +31,7 @@ from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
 from eomgen.system.terms import PURPOSES
+from eomgen.text import distinct
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -426,9 +427,8 @@ def _failure(model: CompiledModel, conditions: Conditions, found: _Search, given
     parts += _rows_not_met(model, linear)
     for component in np.flatnonzero(given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)):
         unit = model.v_units[component]
-        parts.append(
-            f"{model.v_names[component]} is {state.v[component]:.4g} {unit} and not {given.v[component]:.4g} {unit} as given"
-        )
+        found_v, given_v = distinct(state.v[component], given.v[component])
+        parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
     what = f"no steady motion was found in {found.steps} steps: {', '.join(parts)}"
     return NumericalError(Problem("steady motion", what, f"other values, an initial state nearer to it, or {hint}"))
 

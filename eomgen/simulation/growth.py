@@ -123,9 +123,9 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     """
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
-    with np.errstate(divide="ignore", invalid="ignore"):  # the largest so far: what passes through zero does not grow after it
-        behind = sizes[-1] / np.maximum.accumulate(sizes)
-    component = int(np.argmax(np.nan_to_num(behind[0], posinf=0.0)))
+    largest = np.maximum.accumulate(sizes)  # so far: what passes through zero does not grow after it
+    behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)  # what was at rest has no ratio
+    component = int(np.argmax(np.max(behind, axis=0)))
     step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
     for least in _BEHIND:
         late, early = (np.flatnonzero(behind[:, component] >= factor) for factor in (least, _SUDDEN * least))
