@@ -214,7 +214,7 @@ typedef struct active_vehicle_workspace {
     eomgen_real tolerance_step;
     /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
     eomgen_real unit[7], per_unit[7];
-    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[7], rounding_decay;
     /* of the step, in these units */
     eomgen_real speed[1];

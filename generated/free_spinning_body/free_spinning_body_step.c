@@ -557,16 +557,16 @@ static void free_spinning_body_measure(const free_spinning_body_parameters *p, r
  * from the origin. */
 static real free_spinning_body_extent(const real *q, const free_spinning_body_workspace *work)
 {
-    static const int turns[6] = { 1, 1, 1, 0, 0, 0 };
-    static const int place[6] = { -1, -1, -1, 4, 5, 6 };
+    static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
+    static const int q_index[6] = { -1, -1, -1, 4, 5, 6 };
     real sum = K(0.0);
     int i;
     for (i = 0; i < 6; ++i) {
         const real square = work->per_unit[i] * work->per_unit[i];
-        if (turns[i])
+        if (angular[i])
             sum = sum + square;
-        if (place[i] >= 0)
-            sum = sum + square * (q[place[i]] * q[place[i]]);
+        if (q_index[i] >= 0)
+            sum = sum + square * (q[q_index[i]] * q[q_index[i]]);
     }
     return EG_SQRT(sum);
 }
@@ -798,7 +798,7 @@ static void free_spinning_body_move(const free_spinning_body_state *from, real s
 }
 
 /* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
-static int free_spinning_body_turns_too_far(real step, const free_spinning_body_workspace *work)
+static int free_spinning_body_rotation_too_large(real step, const free_spinning_body_workspace *work)
 {
     const real *w;
     const real limit = K(0.9) * K(6.283185307179586) / step;
@@ -814,7 +814,7 @@ static int free_spinning_body_turns_too_far(real step, const free_spinning_body_
 /* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
  * what the kinetic energy of the step, and of what it changes, gives each if they share it.
- * No demand is below what rounding was seen to do. */
+ * No tolerance is below the observed rounding. */
 static void free_spinning_body_tolerances(const free_spinning_body_settings *settings,
     const free_spinning_body_coefficients *c,
     const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
@@ -877,10 +877,10 @@ static real free_spinning_body_correction_error(const free_spinning_body_paramet
 }
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * What is smooth does the same in both places, and where a law has a corner, the matrix is exact near by. So no size
- * has to be known: what is far from the origin, held in balance by large forces, or stiff, is rounded more than the
- * numbers in q and v tell. Where the correction moves q by some spacings of its numbers only, smaller ones would not
- * move it at all, and near by tells nothing. What was seen is kept. */
+ * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
+ * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
+ * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int free_spinning_body_learn_rounding(const free_spinning_body_parameters *p,
     const free_spinning_body_coefficients *c,
     const free_spinning_body_scale *scale, const free_spinning_body_state *from, real t, real step,
@@ -954,7 +954,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, settled, fresh = 0, asked = 0;
+    int i, factor, converged, fresh = 0, attempts = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->refactor_steps_left > 0 || work->last_extra_iterations * (real)(work->reused_factorizations + 1)
             > free_spinning_body_FACTORS_COST + work->extra_iterations;
@@ -976,7 +976,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         work->v[i] = from->v[i] + step * (a + c->gamma * (next - a));
         work->vdot[i] = ((K(1.0) - c->alpha_m) * next + c->alpha_m * a - c->alpha_f * from->vdot[i]) * c->to_vdot;
     }
-    if (free_spinning_body_turns_too_far(step, work))
+    if (free_spinning_body_rotation_too_large(step, work))
         return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
         real error, rate, largest;
@@ -1015,15 +1015,15 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small
          * itself */
-        settled = error == K(0.0)
+        converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
             || (since >= 2 && rate > K(0.3) && free_spinning_body_only_rounding(work));
-        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
-            ++asked;
-            settled = free_spinning_body_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+        if (!converged && fresh && since >= 2 && rate > K(0.3) && attempts < 3) {
+            ++attempts;
+            converged = free_spinning_body_learn_rounding(p, c, &scale, from, t, step, work, statistics);
         }
-        if (settled) {
+        if (converged) {
             if (fresh) {
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
@@ -1050,7 +1050,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
             }
             statistics->max_residual = free_spinning_body_larger(statistics->max_residual, largest);
             --work->tolerance_steps_left;
-            if (free_spinning_body_turns_too_far(step, work))
+            if (free_spinning_body_rotation_too_large(step, work))
                 return FREE_SPINNING_BODY_ROTATION_TOO_LARGE;
             free_spinning_body_move(from, step, work);
             return free_spinning_body_finite(work->q, 7) && free_spinning_body_finite(work->v, 6)

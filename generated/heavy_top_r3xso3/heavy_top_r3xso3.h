@@ -256,7 +256,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real tolerance_step;
     /* of each unknown, what a kinetic energy of 1/2 makes of it alone, and 1 by that; 0: nothing */
     eomgen_real unit[12], per_unit[12];
-    /* what rounding was seen to change each unknown by, and the factor by which that still counts */
+    /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[12], rounding_decay;
     /* of the step, in these units */
     eomgen_real speed[1];
@@ -264,7 +264,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real size[3], largest_size;
     eomgen_real position_rounding;   /* rounding of q and Phi, by the step, in these units */
     eomgen_real velocity_tolerance;  /* of w, in these units */
-    eomgen_real multiplier_rounding; /* what rounding was seen to change step lam by, in these units */
+    eomgen_real multiplier_rounding; /* observed rounding of step lam, in these units */
     eomgen_real rounding_share;      /* the part of the multipliers that is rounding */
     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real jacobian[17];

@@ -1126,7 +1126,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
 {
     static const int diagonal[6] = { 31, 32, 33, 34, 35, 36 };
-    static const int place[17][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 0, 3 }, { 0, 4 }, { 0, 5 }, { 1, 0 }, { 1, 2 },
+    static const int q_index[17][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 0, 3 }, { 0, 4 }, { 0, 5 }, { 1, 0 }, { 1, 2 },
         { 1, 3 }, { 1, 4 }, { 1, 5 }, { 2, 0 }, { 2, 1 }, { 2, 2 }, { 2, 3 }, { 2, 4 }, { 2, 5 } };
     int i;
     for (i = 0; i < 12; ++i)
@@ -1148,8 +1148,8 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     for (i = 6; i < 9; ++i)
         work->per_unit[i] = K(0.0);
     for (i = 0; i < 17; ++i) {
-        const real lever = work->numbers[37 + i] * work->unit[place[i][1]];
-        work->per_unit[6 + place[i][0]] = work->per_unit[6 + place[i][0]] + lever * lever;
+        const real lever = work->numbers[37 + i] * work->unit[q_index[i][1]];
+        work->per_unit[6 + q_index[i][0]] = work->per_unit[6 + q_index[i][0]] + lever * lever;
     }
     for (i = 6; i < 9; ++i) {
         work->per_unit[i] = work->per_unit[i] > K(0.0) ? EG_SQRT(work->per_unit[i]) : K(1.0);
@@ -1166,16 +1166,16 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
  * from the origin. */
 static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_workspace *work)
 {
-    static const int turns[6] = { 1, 1, 1, 0, 0, 0 };
-    static const int place[6] = { -1, -1, -1, 4, 5, 6 };
+    static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
+    static const int q_index[6] = { -1, -1, -1, 4, 5, 6 };
     real sum = K(0.0);
     int i;
     for (i = 0; i < 6; ++i) {
         const real square = work->per_unit[i] * work->per_unit[i];
-        if (turns[i])
+        if (angular[i])
             sum = sum + square;
-        if (place[i] >= 0)
-            sum = sum + square * (q[place[i]] * q[place[i]]);
+        if (q_index[i] >= 0)
+            sum = sum + square * (q[q_index[i]] * q[q_index[i]]);
     }
     return EG_SQRT(sum);
 }
@@ -1566,7 +1566,7 @@ static void heavy_top_r3xso3_move(const heavy_top_r3xso3_state *from, real step,
 }
 
 /* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
-static int heavy_top_r3xso3_turns_too_far(real step, const heavy_top_r3xso3_workspace *work)
+static int heavy_top_r3xso3_rotation_too_large(real step, const heavy_top_r3xso3_workspace *work)
 {
     const real *w;
     const real limit = K(0.9) * K(6.283185307179586) / step;
@@ -1583,7 +1583,7 @@ static int heavy_top_r3xso3_turns_too_far(real step, const heavy_top_r3xso3_work
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
  * what the kinetic energy of the step, and of what it changes, gives each if they share it; of step lam, all of these
  * impulses together; of eta, what it does to velocities.
- * No demand is below what rounding was seen to do. */
+ * No tolerance is below the observed rounding. */
 static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings,
     const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_state *from, real step, heavy_top_r3xso3_workspace *work)
@@ -1701,10 +1701,10 @@ static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters 
 }
 
 /* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * What is smooth does the same in both places, and where a law has a corner, the matrix is exact near by. So no size
- * has to be known: what is far from the origin, held in balance by large forces, or stiff, is rounded more than the
- * numbers in q and v tell. Where the correction moves q by some spacings of its numbers only, smaller ones would not
- * move it at all, and near by tells nothing. What was seen is kept. */
+ * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
+ * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
+ * and v show. Where the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
+ * all, and no conclusion is drawn from near by. The observed rounding is stored. */
 static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
         heavy_top_r3xso3_workspace *work,
@@ -1787,7 +1787,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     real *x = work->unknown;
     real previous = K(0.0);
     long iteration, since = 0;
-    int i, factor, settled, fresh = 0, asked = 0;
+    int i, factor, converged, fresh = 0, attempts = 0;
     factor = refresh || !settings->reuse || work->factored_step != step || work->factored_rho_inf != settings->rho_inf
         || work->refactor_steps_left > 0 || work->last_extra_iterations * (real)(work->reused_factorizations + 1)
             > heavy_top_r3xso3_FACTORS_COST + work->extra_iterations;
@@ -1820,7 +1820,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     }
     for (i = 0; i < 3; ++i)
         x[9 + i] = from->eta[i];
-    if (heavy_top_r3xso3_turns_too_far(step, work))
+    if (heavy_top_r3xso3_rotation_too_large(step, work))
         return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
         real error, rate, largest;
@@ -1860,18 +1860,18 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small
          * itself */
-        settled = error == K(0.0)
+        converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
             || (since >= 2 && rate > K(0.3) && heavy_top_r3xso3_only_rounding(c, work));
-        settled = settled && heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work);
-        if (!settled && fresh && since >= 2 && rate > K(0.3) && asked < 3) {
-            ++asked;
-            settled = heavy_top_r3xso3_learn_rounding(p, c, &scale, from, t, step, work, statistics);
-            if (settled)
+        converged = converged && heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work);
+        if (!converged && fresh && since >= 2 && rate > K(0.3) && attempts < 3) {
+            ++attempts;
+            converged = heavy_top_r3xso3_learn_rounding(p, c, &scale, from, t, step, work, statistics);
+            if (converged)
                 heavy_top_r3xso3_keep_rates(p, &scale, from, t, step, work);
         }
-        if (settled) {
+        if (converged) {
             if (fresh) {
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
@@ -1899,7 +1899,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
                 statistics->max_eta = heavy_top_r3xso3_larger(statistics->max_eta, EG_ABS(x[i]));
             statistics->max_residual = heavy_top_r3xso3_larger(statistics->max_residual, largest);
             --work->tolerance_steps_left;
-            if (heavy_top_r3xso3_turns_too_far(step, work))
+            if (heavy_top_r3xso3_rotation_too_large(step, work))
                 return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
             return heavy_top_r3xso3_finite(work->q, 7) && heavy_top_r3xso3_finite(work->v, 6) ? HEAVY_TOP_R3XSO3_OK
                 : HEAVY_TOP_R3XSO3_NOT_FINITE;

@@ -143,7 +143,7 @@ def _settings(program: StepperProgram) -> dict[str, str]:
 def _tolerances(program: StepperProgram) -> dict[str, str]:
     """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
-    rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{'0' if scaled else 'turns[i]'}]"
+    rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{'0' if scaled else 'angular[i]'}]"
     with_positions = f"{rounding} + work->position_rounding" if un["holonomic"] else rounding
     if un["holonomic"] and not un["eta"]:
         tolerance = "(least * work->speed[0] + work->position_rounding) * work->unit[i]"
@@ -151,7 +151,7 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
     if scaled:
         tolerance, rounding = "least * work->speed[0] * work->unit[i]", f"({rounding}) * work->unit[i]"
     else:
-        tolerance = "least * work->speed[turns[i]]"
+        tolerance = "least * work->speed[angular[i]]"
     return {"tolerance": tolerance, "rounding": rounding, "multiplier_rounding": with_positions}
 
 
