@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.formula.nodes import ZERO, Symbol
-from eomgen.scene.forces.model import Effort
+from eomgen.scene.forces.efforts import Effort
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
@@ -64,7 +64,7 @@ def driven(undriven: Scene) -> Scene:
     efforts = [
         Effort(name, joint.name, Symbol("input", name), index) for name, (joint, index) in zip(names, places, strict=True)
     ]
-    return dataclasses.replace(undriven, inputs=tuple(Input(name) for name in names), efforts=tuple(efforts))
+    return dataclasses.replace(undriven, inputs=tuple(Input(name) for name in names), elements=(*undriven.elements, *efforts))
 
 
 def shortened(whole: Scene, count: int) -> Scene:

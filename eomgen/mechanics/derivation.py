@@ -8,7 +8,7 @@ from functools import reduce
 
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Number, Symbol
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.joints import AbsoluteQuantities, following_rows, joint_constraint
@@ -17,11 +17,10 @@ from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
-from eomgen.mechanics.forces.applied import applied_loads
+from eomgen.mechanics.forces.applied import OFFERED, applied_loads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.forces.tyres import OFFERED
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
@@ -92,8 +91,8 @@ class Derivation:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""
         if not any(symbol.kind == "energy" for formula in state_formulas(self.scene) for symbol in symbols(formula)):
             return {}
-        springs = tuple(replace(spring, force=Number(0.0)) for spring in self.scene.springs)
-        bare = replace(self.scene, springs=springs, forces=(), efforts=())
+        passive = (element.passive() for element in self.scene.elements)
+        bare = replace(self.scene, elements=tuple(element for element in passive if element is not None))
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
     def constant(self, formula: Formula) -> Scalar:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.prescribed_motion import Law
@@ -87,15 +88,9 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
     yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
-    yield from ((spring.force, 0) for spring in scene.springs)
-    yield from ((formula, 0) for force in scene.forces for formula in (*force.force, *force.torque))
-    yield from ((effort.effort, 0) for effort in scene.efforts)
     yield from ((state.rate, 0) for state in scene.states)
     yield from ((controller.output, 0) for controller in scene.controllers)
-    for tyre in scene.tyres:  # the damping of a tyre takes the rate of its road
-        yield tyre.road, 1
-        if tyre.road_rate is not None:
-            yield tyre.road_rate, 0
+    yield from chain.from_iterable(element.formulas() for element in scene.elements)
 
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:
@@ -153,8 +148,7 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
     yield from (joint.position for joint in scene.joints)
     for constraint in scene.constraints:
         yield from (constraint.first.position, constraint.second.position, (constraint.radius,), (constraint.length,))
-    yield from ((spring.length,) for spring in scene.springs)
-    yield from ((tyre.radius,) for tyre in scene.tyres)
+    yield from (lengths for element in scene.elements if (lengths := element.lengths()))
     yield from ((Number(body.beam.length),) for body in scene.bodies if body.beam is not None)
     for joint in scene.joints:
         yield from ((length,) for length in joint.lengths())
@@ -162,6 +156,7 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 
 def _drawing(scene: Scene) -> Drawing:
     carried = {joint.child: joint for joint in scene.joints}
+    drawn = [element.drawn() for element in scene.elements]
     return Drawing(
         solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),
         hinges=tuple(
@@ -172,7 +167,7 @@ def _drawing(scene: Scene) -> Drawing:
             for joint in scene.joints
         ),
         points=scene.points,
-        lines=tuple(Line(item.name, item.first, item.second, item.stiffness != Number(0.0)) for item in scene.springs),
+        lines=tuple(item for item in drawn if isinstance(item, Line)),
         links=tuple(
             Link(
                 item.name, Point("", item.first.body, item.first.position), Point("", item.second.body, item.second.position),
@@ -180,7 +175,7 @@ def _drawing(scene: Scene) -> Drawing:
             )
             for item in scene.constraints
         ),
-        wheels=tuple(Wheel(item.name, item.center, item.radius, item.road) for item in scene.tyres),
+        wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
     )  # fmt: skip
 
 

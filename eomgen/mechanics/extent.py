@@ -37,7 +37,7 @@ def _root_of_squares(algebra: Algebra, values: Iterator[Scalar]) -> Scalar:
 
 
 def _lengths(scene: Scene) -> Iterator[Formula]:
-    """Yield what moving bodies, springs and wheels measure, formulas of parameters: where the machine stands is no size of it."""
+    """Yield what moving bodies and force elements measure, formulas of parameters: where the machine stands is no size of it."""
     still = {BASE, "world"}
     yield from chain.from_iterable(body.center_of_mass for body in scene.bodies)
     yield from (Number(body.beam.length) for body in scene.bodies if body.beam is not None)
@@ -46,6 +46,4 @@ def _lengths(scene: Scene) -> Iterator[Formula]:
         if joint.parent not in still:
             yield from joint.position
         yield from joint.lengths()
-    yield from (spring.length for spring in scene.springs)
-    yield from chain.from_iterable(bushing.rest for bushing in scene.bushings)
-    yield from (tyre.radius for tyre in scene.tyres)
+    yield from chain.from_iterable(element.lengths() for element in scene.elements)

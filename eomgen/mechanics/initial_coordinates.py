@@ -66,7 +66,7 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
 
 
 def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    bare = replace(scene, constraints=(), states=(), controllers=(), forces=(), efforts=(), springs=(), torsion_springs=())
+    bare = replace(scene, constraints=(), states=(), controllers=(), elements=())
     tree = Derivation(replace(bare, coordinates="joint"))
     initial_q, initial_v = joint_start(tree)
     inputs = _defaults(scene) | {

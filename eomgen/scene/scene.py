@@ -9,18 +9,38 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
-from eomgen.scene.forces.model import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.system.description import Point, Requirement, Simulation
 from eomgen.system.signals import Input, Output, Parameter, State
+
+if TYPE_CHECKING:  # a Scene needs none of what reads files
+    from eomgen.scene.forces.bushings import Bushing
+    from eomgen.scene.forces.efforts import Effort
+    from eomgen.scene.forces.forces import Force
+    from eomgen.scene.forces.springs import Spring
+    from eomgen.scene.forces.torsion_springs import TorsionSpring
+    from eomgen.scene.forces.tyres import Tyre
+
+Element = TypeVar("Element", bound=ForceElement)
+
+
+class _Kind(Generic[Element]):
+    """The force elements of one section, as an attribute of a Scene by the section's name."""
+
+    def __set_name__(self, owner: type[Scene], section: str) -> None:
+        self.section = section
+
+    def __get__(self, scene: Scene, owner: type[Scene]) -> tuple[Element, ...]:
+        return tuple(element for element in scene.elements if element.section == self.section)  # type: ignore[misc]  # of that kind
 
 
 @checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
@@ -31,6 +51,7 @@ class Scene:
     Attributes
     ----------
     bodies, joints : tuples of equal length; ``joints[i]`` carries ``bodies[i]``.
+    elements : the force elements; those of a kind are in ``springs``, ``bushings``, ...
     curves : those that formulas can name, and those that inputs are made of.
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
@@ -58,12 +79,7 @@ class Scene:
     feedback: tuple[StateFeedback, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
-    springs: tuple[Spring, ...] = ()
-    torsion_springs: tuple[TorsionSpring, ...] = ()
-    bushings: tuple[Bushing, ...] = ()
-    tyres: tuple[Tyre, ...] = ()
-    forces: tuple[Force, ...] = ()
-    efforts: tuple[Effort, ...] = ()
+    elements: tuple[ForceElement, ...] = ()
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"
@@ -75,6 +91,13 @@ class Scene:
     content: bytes = b""
     notes: tuple[str, ...] = ()
     metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    springs: ClassVar[_Kind[Spring]] = _Kind()
+    torsion_springs: ClassVar[_Kind[TorsionSpring]] = _Kind()
+    bushings: ClassVar[_Kind[Bushing]] = _Kind()
+    tyres: ClassVar[_Kind[Tyre]] = _Kind()
+    forces: ClassVar[_Kind[Force]] = _Kind()
+    efforts: ClassVar[_Kind[Effort]] = _Kind()
 
     @property
     def leading_joints(self) -> tuple[Joint, ...]:

@@ -10,7 +10,8 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.model import Effort, TorsionSpring
+from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.torsion_springs import TorsionSpring
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml
@@ -18,6 +19,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Output
 from eomgen.system.system import System
+from tests.models.elements import elements_with
 from tests.oracles.constrained import absolute_state, constraint, kkt, mixed_groups, small_body, weighty
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, rigid_body, vector
@@ -37,7 +39,7 @@ def loaded(seed: int, links: int = 4) -> Scene:
     single = [(joint.name, k) for joint in scene.joints if joint.type in NUMBERS for k in range(joint.kind.v_size)]
     efforts = tuple(Effort(f"motor_{name}_{k}", name, Symbol("input", "pull"), k) for name, k in single)
     points = tuple(Point(f"in_{body.name}", body.name, vector((0.2, -0.1, 0.3))) for body in scene.bodies)
-    scene = point_outputs(replace(scene, efforts=efforts, points=(*scene.points, *points)))
+    scene = point_outputs(replace(scene, elements=elements_with(scene, efforts=efforts), points=(*scene.points, *points)))
     measured = tuple(Output(f"{kind}_{name}_{k}", (Symbol(kind, name, k),)) for name, k in single for kind in ("q", "v"))
     return replace(scene, outputs=(*scene.outputs, *measured))
 
@@ -349,7 +351,7 @@ def test_heavy_pendulum_by_hand(rng) -> None:
         (pendulum(rotor_inertia=number(0.1)), r"joints\.hinge\.rotor_inertia: has no place in absolute coordinates; try: joint"),
         (
             replace(pendulum(type="spherical", initial_position=(1.0, 0.0, 0.0, 0.0), initial_velocity=(0.0,) * 3),
-                    efforts=(Effort("motor", "hinge", number(1.0)),)),
+                    elements=(Effort("motor", "hinge", number(1.0)),)),
             "joint 'hinge' has no single coordinate that absolute coordinates could measure; try: a force or torque on the body",
         ),
         (
@@ -358,7 +360,7 @@ def test_heavy_pendulum_by_hand(rng) -> None:
         ),
         (
             replace(pendulum(type="free", initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6),
-                    torsion_springs=(TorsionSpring("t", "hinge", "", number(1.0), number(0.0), number(0.0)),)),
+                    elements=(TorsionSpring("t", "hinge", "", number(1.0), number(0.0), number(0.0)),)),
             "joint 'hinge' has no single coordinate",
         ),
     ],

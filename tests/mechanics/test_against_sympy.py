@@ -13,7 +13,9 @@ import sympy.physics.mechanics as me
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base
-from eomgen.scene.forces.model import Effort, Force, Spring
+from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Force
+from eomgen.scene.forces.springs import Spring
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
@@ -185,7 +187,7 @@ def test_body_on_a_ball_joint_with_spring_damper_and_wind(rng) -> None:
     spring = Spring("rope", "post", "tip", number(40), number(3), number(0.5))
     drag = vector([times(-0.6, Symbol("velocity", "tip", k)) for k in range(3)])
     wind = Force("wind", "bob", points[1].position, drag, vector((0, 0, 0)))
-    scene = Scene("ball", (body,), (joint,), points=points, springs=(spring,), forces=(wind,))
+    scene = Scene("ball", (body,), (joint,), points=points, elements=(spring, wind))
     compare(scene, ball_pendulum_of_kane(), rng, quaternions_of_angles)
 
 
@@ -219,7 +221,7 @@ def test_cart_and_pole(rng) -> None:
         Joint("hinge", "revolute", "cart", "pole", (0, 1, 0)),
     )
     effort = Effort("motor", "slide", Symbol("input", "force"))
-    scene = Scene("cart_pole", (cart, pole), joints, inputs=(Input("force"),), efforts=(effort,))
+    scene = Scene("cart_pole", (cart, pole), joints, inputs=(Input("force"),), elements=(effort,))
     compare(scene, cart_pole_of_lagrange(), rng)
 
 

@@ -9,11 +9,13 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.forces.model import Force, Spring
+from eomgen.scene.forces.forces import Force
+from eomgen.scene.forces.springs import Spring
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
 from tests.mechanics.test_beam_equations import ALL, GRAVITY, LENGTH, MOVING_BASE, PLANAR, beam_body, chain
+from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, call, number, vector
 from tests.oracles.states import derivative, jacobian, on_base, random_states
@@ -46,7 +48,7 @@ def loaded_chain(order: int) -> Scene:
         Force("push", "second", vector((LENGTH, 0, 0)), vector((call("sin", TIME), 0.5, -0.2)), vector((0.1, 0, 0.3)), "body"),
         Force("wind", "first", vector((0.6 * LENGTH, 0, 0.1)), vector((0.4, call("cos", TIME), 0.0)), vector((0, 0, 0)), "world"),
     )
-    return replace(scene, bodies=bodies, points=points, springs=springs, forces=forces)
+    return replace(scene, bodies=bodies, points=points, elements=elements_with(scene, springs=springs, forces=forces))
 
 
 def floating(order: int) -> Scene:

@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.forces.model import Force
+from eomgen.scene.forces.forces import Force
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from tests.mechanics.test_beam_energy import damped, state_on_base
@@ -29,7 +29,7 @@ def scene_with(*, stiffening: bool, tip: bool) -> Scene:
         bodies += (Body("tip", number(0.7), vector((0, 0, 0)), (number(0.0),) * 6),)
         joints += (Joint("end", "fixed", "beam", "tip", position=vector((LENGTH, 0, 0))),)
         forces = (Force("pull", "beam", vector((0.5 * LENGTH, 0, 0)), vector((3.0, 0, 0)), vector((0, 0, 0)), "body"),)
-    return Scene("s", bodies, joints, vector(GRAVITY), base=MOVING_BASE, forces=forces)
+    return Scene("s", bodies, joints, vector(GRAVITY), base=MOVING_BASE, elements=forces)
 
 
 def matrices(scene: Scene) -> tuple[dict[str, Array], Array, Array]:

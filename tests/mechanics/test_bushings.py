@@ -12,11 +12,12 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.forces.model import Bushing
+from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
 from tests.models.cache import shared_cache
+from tests.models.elements import elements_with
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
@@ -50,7 +51,7 @@ def scene_of(seed: int) -> Scene:
     one, last = scene.bodies[0].name, scene.bodies[-1].name
     ends = [("held", BASE, last), ("hung", "world", one)]
     ends += [("between", one, last)] if one != last else []
-    return replace(scene, bushings=tuple(random_bushing(rng, *end) for end in ends))
+    return replace(scene, elements=elements_with(scene, bushings=[random_bushing(rng, *end) for end in ends]))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -73,7 +74,7 @@ def test_potential_is_that_of_rotation_vectors(seed: int, rng: np.random.Generat
     scene = scene_of(seed)
     state = random_states(derive(scene, ["energy"]), STATES, rng)
     found, without = (
-        tape_evaluator(derive(item, ["energy"]))("energy", state)["energy"][:, 1] for item in (scene, replace(scene, bushings=()))
+        tape_evaluator(derive(item, ["energy"]))("energy", state)["energy"][:, 1] for item in (scene, replace(scene, elements=()))
     )
     poses = direct_kinematics.poses(scene, state["q"], None)
     resting = (np.broadcast_to(np.eye(3), (STATES, 3, 3)), np.zeros((STATES, 3)))

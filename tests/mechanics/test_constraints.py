@@ -15,6 +15,7 @@ from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
 from eomgen.system.signals import Output
 from eomgen.system.system import System
+from tests.models.elements import elements_with
 from tests.oracles.constrained import (
     FREEDOMS,
     constraint,
@@ -120,7 +121,8 @@ def test_derivatives_of_trees_with_loops(seed: int, rng) -> None:
     scene = with_base(scene, seed) if seed % 2 else scene
     kind = ("revolute", "distance", "universal", "rolling", "planar", "point_on_line")[seed]
     loop = constraint(rng, kind, BASE, scene.bodies[-1].name, driven=seed == 0)
-    scene = replace(scene, efforts=efforts, constraints=(loop,), coordinates="absolute", groups=mixed_groups(scene))
+    elements = elements_with(scene, efforts=efforts)
+    scene = replace(scene, elements=elements, constraints=(loop,), coordinates="absolute", groups=mixed_groups(scene))
     system = derive(scene, TERMS)
     check_derivatives(system, states_of(system, rng))
 
@@ -221,10 +223,11 @@ def test_energy_changes_by_the_powers_only(seed: int, base: str, coordinates: st
     efforts = tuple(item for item in scene.efforts if kind_of(scene, item.joint) in ("revolute", "prismatic"))
     kind = ("cylindrical", "distance", "prismatic", "rolling", "spherical", "revolute")[seed]
     scene = replace(scene, bodies=(*scene.bodies, small_body("wheel")), joints=(*scene.joints, free_joint("wheel")))
-    scene = replace(scene, efforts=efforts)
+    scene = replace(scene, elements=elements_with(scene, efforts=efforts))
     scene = scene if base == "resting" else with_base(scene, seed, turning=base == "turning")
     loop = constraint(rng, kind, BASE if seed % 2 else scene.bodies[0].name, "wheel", driven=seed in (0, 2, 5))
-    scene = replace(scene, constraints=(loop,), coordinates=coordinates, groups=mixed_groups(scene))
+    elements = elements_with(scene, efforts=efforts)
+    scene = replace(scene, elements=elements, constraints=(loop,), coordinates=coordinates, groups=mixed_groups(scene))
     system = derive(scene, ["energy", "mass", *TERMS[1:4], "residual"])
     evaluate = tape_evaluator(system)
     assert ("lam" in system.functions["energy"].inputs) == (loop.drive is not None)

@@ -10,11 +10,12 @@ import pytest
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.terms.implicit_step import extended_iteration
-from eomgen.scene.forces.model import Slip, Tyre
+from eomgen.scene.forces.tyres import Slip, Tyre
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.description import BASE, Point
 from tests.mechanics.test_bushings import random_bushing
+from tests.models.elements import elements_with
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import number, vector
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
@@ -34,7 +35,7 @@ def with_force_elements(scene: Scene, seed: int) -> Scene:
     tyre = Tyre("tyre", "hub", **law, road=number(0.0), road_rate=None, moving_road=False, slip=slip)
     bushing = random_bushing(rng, "bushing", scene.bodies[0].name if seed % 3 else BASE, last)
     bushings = () if scene.bodies[0].name == last else (bushing,)
-    return replace(scene, bushings=bushings, points=(*scene.points, hub), tyres=(tyre,))
+    return replace(scene, points=(*scene.points, hub), elements=elements_with(scene, bushings=bushings, tyres=(tyre,)))
 
 
 @pytest.mark.parametrize(("seed", "following"), [*((seed, False) for seed in range(8)), (4, True), (5, True)])

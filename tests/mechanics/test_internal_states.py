@@ -85,7 +85,7 @@ def test_rates_are_those_of_the_formulas(rng: np.random.Generator) -> None:
 
 
 def test_a_scene_without_states_has_none_of_it() -> None:
-    plain = replace(scene(), states=(), springs=(), forces=(), efforts=(), outputs=())
+    plain = replace(scene(), states=(), elements=(), outputs=())
     system = derive(plain)
     assert system.nz == 0 and not system.facts.internal_states
     assert not {"internal_rate", "internal_partials", "equations", "iteration"} & set(system.functions)

@@ -10,9 +10,10 @@ import pytest
 import eomgen
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.model import Effort
+from eomgen.scene.forces.efforts import Effort
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input
+from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
 from tests.oracles.random_scenes import point_outputs, random_scene, shaking_base, with_loads
 from tests.oracles.robots import panda
@@ -167,7 +168,7 @@ def test_what_it_costs() -> None:
     arm = panda()
     efforts = tuple(Effort(f"motor{k}", joint.name, Symbol("input", f"tau{k}"), 0) for k, joint in enumerate(arm.joints))
     inputs = tuple(Input(f"tau{k}") for k in range(len(arm.joints)))
-    system = derive(replace(arm, efforts=efforts, inputs=inputs), ["partials", "linearization"])
+    system = derive(replace(arm, elements=elements_with(arm, efforts=efforts), inputs=inputs), ["partials", "linearization"])
     (B0,) = (block for block in system.functions["linearization"].outputs if block.name == "B0")
     assert B0.shape == (7, 7)
     assert system.counts["linearization"].flops == system.counts["partials"].flops == 3067

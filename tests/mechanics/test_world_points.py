@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derive import derive
-from eomgen.scene.forces.model import Spring
+from eomgen.scene.forces.springs import Spring
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
 from eomgen.system.signals import Output
@@ -34,7 +34,7 @@ def anchored(seed: int, base: str) -> Scene:
     )
     tether = Output("tether", (Symbol("length", "tether"), Symbol("rate", "tether"), Symbol("tension", "tether")))
     points = (*scene.points, Point("anchor", "world", vector(ANCHOR)))
-    return replace(scene, points=points, springs=(*scene.springs, spring), outputs=(*outputs, tether))
+    return replace(scene, points=points, elements=(*scene.elements, spring), outputs=(*outputs, tether))
 
 
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])

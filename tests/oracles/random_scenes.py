@@ -9,13 +9,17 @@ import numpy as np
 
 from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.forces.model import Effort, Force, Spring, TorsionSpring
+from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.forces.forces import Force
+from eomgen.scene.forces.springs import Spring
+from eomgen.scene.forces.torsion_springs import TorsionSpring
 from eomgen.scene.joint_types import JOINTS, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.rotations import Rotation  # fmt: skip
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Input, Output, Parameter
+from tests.models.elements import elements_with
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import TIME, call, number, parameter, plus, rigid_body, times, vector
 from tests.oracles.robots import body_of_masses
@@ -191,8 +195,11 @@ def with_loads(scene: Scene, seed: int) -> Scene:
         Force("thrust", scene.bodies[0].name, maker.random_vector(), vector((0.5, 1.0, -0.7)), twisting, "body"),
     )
     return replace(
-        scene, joints=joints, points=(*points, tip, ground), springs=(anchored,) if loose else (anchored, between),
-        torsion_springs=torsion, forces=forces, efforts=(effort,), inputs=(Input("pull"),),
+        scene, joints=joints, points=(*points, tip, ground), inputs=(Input("pull"),),
+        elements=elements_with(
+            scene, springs=(anchored,) if loose else (anchored, between), torsion_springs=torsion, forces=forces,
+            efforts=(effort,),
+        ),
     )  # fmt: skip
 
 

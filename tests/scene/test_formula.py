@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
+from eomgen.scene.forces import springs
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names, Offered
 from eomgen.scene.formula.tokens import FormulaError
 
 NAMES = Names(
@@ -20,7 +21,7 @@ NAMES = Names(
     inputs=("torque",),
     joints={"hinge": "revolute", "ball": "spherical", "float": "free", "weld": "fixed", "not": "prismatic"},
     points=("tip",),
-    springs=("strut",),
+    offered={kind: Offered("springs", scope, ("strut",)) for kind, scope in springs.ROW.offers.items()},
 )
 VALUES = {"length": 0.5, "lambda": 3.0, "double": -2.0, "q": 7.0}
 

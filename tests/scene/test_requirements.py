@@ -8,6 +8,7 @@ import pytest
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
+from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.joints import moved_inertia as motion
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
@@ -20,7 +21,8 @@ VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
 
 def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     keys = set(parameter_keys())
-    assert keys == set(BOUNDS) | UNBOUNDED and not set(BOUNDS) & UNBOUNDED
+    any_number = UNBOUNDED | {f"{row.section}.{key}" for row in ELEMENTS for key, bound in row.bounds.items() if bound is None}
+    assert keys == set(ALL_BOUNDS) | any_number and not set(ALL_BOUNDS) & any_number
     related = {key for row in RELATIONS.values() for key in row.keys}
     assert related | set(motion.KEYS) <= keys
 
@@ -30,11 +32,11 @@ def test_the_scene_of_this_test_has_every_key() -> None:
     assert from_data(scene_with(("joints", "hinge", "damping"), 0.1)).requirements == ()
 
 
-@pytest.mark.parametrize("key", BOUNDS)
+@pytest.mark.parametrize("key", ALL_BOUNDS)
 def test_values_out_of_bounds_are_refused_and_those_within_are_not(key: str) -> None:
     """By themselves: just beyond the bound, far beyond it, and within it."""
-    row = BOUNDS[key]
-    assert bound_of(key.replace(".", ".entry.", 1)) is row and bound_of(key.replace(".", ".entry.", 1) + "[2]") is row
+    row = ALL_BOUNDS[key]
+    assert all(bound_of(key.replace(".", ".entry.", 1) + place, ALL_BOUNDS) is row for place in ("", "[2]"))
     good = next(number_at(place) for place in places() if key_at(place) == key)
     assert not row.broken([good]) or good == 0.0
     zero, negative = bool(row.broken([0.0])), bool(row.broken([-1e-9]))

@@ -48,17 +48,14 @@ def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> boo
 
 
 def _in_elements(scene: Scene) -> Iterator[Coordinate]:
-    """Yield the coordinates on which springs, stops and dependent (mimic) joints act."""
+    """Yield the coordinates on which force elements, stops and dependent (mimic) joints act."""
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
         yield from ((joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0))
         yield from ((joint.name, stop.index) for stop in joint.stops)
         if joint.mimic is not None and not follows_modulo_revolutions(joint, joint.mimic, joints[joint.mimic.joint]):
             yield joint.mimic.joint, 0
-    for torsion in scene.torsion_springs:
-        if torsion.stiffness != Number(0.0):
-            yield torsion.first, torsion.first_index
-            yield torsion.second, torsion.second_index
+    yield from chain.from_iterable(element.angles() for element in scene.elements)
 
 
 def _as_numbers(formula: Formula, *, turns: bool) -> set[Coordinate]:

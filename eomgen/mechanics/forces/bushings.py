@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.forces.frame_pairs import FramePose, frame_pose
-from eomgen.mechanics.forces.loads import Loads, add_wrench
+from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
-from eomgen.scene.forces.model import Bushing
+from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import (
@@ -113,3 +113,6 @@ def _product(rows: Rows, values: Sequence[Scalar]) -> list[Scalar]:
 
 def _vector(values: Sequence[Scalar]) -> Vector:
     return (values[0], values[1], values[2])
+
+
+LAW = Law(Bushing, add_bushing)

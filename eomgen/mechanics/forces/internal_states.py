@@ -21,10 +21,7 @@ def state_formulas(scene: Scene) -> Iterator[Formula]:
     """Yield all formulas that may depend on the scene's state, except those of outputs."""
     yield from (state.rate for state in scene.states)
     yield from (controller.output for controller in scene.controllers)
-    yield from (spring.force for spring in scene.springs)
-    yield from (effort.effort for effort in scene.efforts)
-    for force in scene.forces:
-        yield from (*force.force, *force.torque)
+    yield from (formula for element in scene.elements for formula, _ in element.formulas())
 
 
 class InternalStates:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
-from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.forces.symbols import Offer, Quantities
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.forces.element import ForceElement
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, transpose
 
 
@@ -28,6 +31,15 @@ class Loads:
     potential: Scalar
     power: Scalar
     external: list[Wrench | None] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Law:
+    """What a kind of force element records: its loads, and the quantities that it offers to formulas."""
+
+    model: type[ForceElement]
+    add: Callable[[Loads, Any, Quantities], None]
+    offers: Mapping[str, Offer] = field(default_factory=dict)
 
 
 def no_loads(tree: Tree) -> Loads:

@@ -1,25 +1,25 @@
-"""Symbols of formulas as scalars on the tape: coordinates, points, springs, parameters, inputs, time."""
+"""Symbols of formulas as scalars on the tape: coordinates, points, force elements, parameters, inputs, time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
-from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import Waves
 from eomgen.formula.recording import record, waves
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
-from eomgen.scene.forces.model import Spring
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, minus, scaled
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector
 from eomgen.system.description import Point
 from eomgen.system.signals import Input
 
-#: Symbols that force elements offer to formulas: what each kind means on the tape, by the element's name.
-Offers = Mapping[str, Callable[["Quantities", str], Scalar]]
+#: From a force element to what a quantity that it offers to formulas is on the tape.
+Offer = Callable[["Quantities", Any], Scalar]
+#: By kind of quantity: the section of the elements that offer it, and what it is.
+Offers = Mapping[str, tuple[str, Offer]]
 
 
 class Quantities:
@@ -32,8 +32,7 @@ class Quantities:
         self.kinematics = kinematics
         self.algebra: Algebra = tree.algebra
         self.points = {point.name: point for point in scene.points}
-        self.springs = {spring.name: spring for spring in scene.springs}
-        self.tyres = {tyre.name: tyre for tyre in scene.tyres}
+        self.elements = {(element.section, element.name): element for element in scene.elements}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}
         self.state_numbers = {item.name: number for number, item in enumerate(scene.states)}
         self.controllers = {item.name: item for item in scene.controllers}
@@ -67,14 +66,9 @@ class Quantities:
                 return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
             case "acceleration":
                 return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
-            case "length":
-                return self.stretch(self.springs[symbol.name])[0]
-            case "rate":
-                return self.stretch(self.springs[symbol.name])[1]
-            case "tension":
-                return self.tension(self.springs[symbol.name])
             case kind if kind in self.offered:
-                return self.offered[kind](self, symbol.name)
+                section, offer = self.offered[kind]
+                return offer(self, self.elements[section, symbol.name])
             case _:
                 return self.energies[symbol.name]
 
@@ -102,23 +96,6 @@ class Quantities:
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)
-
-    def stretch(self, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
-        """Return length, m, rate of length, m/s, and unit vector from first to second point, (3,), in base axes."""
-        first, second = self.at(self.points[spring.first]), self.at(self.points[spring.second])
-        span = minus(self.kinematics.position_in_base(*second), self.kinematics.position_in_base(*first))
-        speed = minus(self.kinematics.velocity_in_base(*second), self.kinematics.velocity_in_base(*first))
-        length = self.algebra.call(Op.SQRT, dot(span, span))
-        if length.is_zero:
-            what = f"the points {spring.first} and {spring.second} coincide whatever the coordinates, so it has no direction"
-            raise ModelError(Problem(f"spring {spring.name}", what, "points that can move apart, or a torsion spring"))
-        direction = scaled(self.algebra.one / length, span)
-        return length, dot(direction, speed), direction
-
-    def tension(self, spring: Spring) -> Scalar:
-        length, rate, _ = self.stretch(spring)
-        elastic = self.formula(spring.stiffness) * (length - self.formula(spring.length))
-        return elastic + self.formula(spring.damping) * rate + self.formula(spring.force)
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:

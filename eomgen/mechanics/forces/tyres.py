@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.contact_law import Contact, contact
-from eomgen.mechanics.forces.loads import Loads, add_wrench
-from eomgen.mechanics.forces.symbols import Offers, Quantities
-from eomgen.scene.forces.model import Slip, Tyre
+from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.scene.forces.tyres import Slip, Tyre
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -86,11 +86,12 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
     return value, along_x, along_y, in_time
 
 
-#: What formulas may mention of a tyre.
-OFFERED: Offers = {
-    "load": lambda quantities, name: tyre_contact(quantities, quantities.tyres[name]).load,
-    "deflection": lambda quantities, name: tyre_contact(quantities, quantities.tyres[name]).deflection,
-}
+def _load(quantities: Quantities, tyre: Tyre) -> Scalar:
+    return tyre_contact(quantities, tyre).load
+
+
+def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
+    return tyre_contact(quantities, tyre).deflection
 
 
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
@@ -146,3 +147,6 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     share = dot(demanded, demanded) / (limit * limit)
     size = -(state.load / algebra.call(Op.SQRT, share + 1.0))
     return arm, patch_velocity, scaled(size, plus(scaled(demanded[0], forward), scaled(demanded[1], sideways)))
+
+
+LAW = Law(Tyre, add_tyre, {"load": _load, "deflection": _deflection})

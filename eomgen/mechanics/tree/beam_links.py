@@ -83,11 +83,9 @@ def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
     for point in scene.points:
         if point.body == body:
             yield f"point {point.name}", point.position[0]
-    for force in scene.forces:
-        if force.body == body:
-            yield f"force {force.name}", force.point[0]
-    frames = [(f"constraint {item.name}", frame) for item in scene.constraints for frame in (item.first, item.second)]
-    frames += [(f"bushing {item.name}", frame) for item in scene.bushings for frame in (item.first, item.second)]
-    for what, frame in frames:
-        if frame.body == body:
-            yield what, frame.position[0]
+    for element in scene.elements:
+        yield from ((element.label, position[0]) for _, held, position in element.places() if held == body)
+    for constraint in scene.constraints:
+        for frame in (constraint.first, constraint.second):
+            if frame.body == body:
+                yield f"constraint {constraint.name}", frame.position[0]

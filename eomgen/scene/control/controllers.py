@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 
@@ -13,8 +13,8 @@ from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.control.skyhook import read_skyhook
 from eomgen.scene.control.state_feedback import made_by_entry, parameters_of, read_state_feedback
-from eomgen.scene.forces.model import Spring
-from eomgen.scene.forces.schema import Spring as WrittenSpring
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.springs import SpringEntry
 from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -107,10 +107,10 @@ def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
     return []
 
 
-def check_loops(controllers: Sequence[Controller], springs: Sequence[Spring], values: Values) -> None:
+def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
     """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of springs."""
-    depends = {f"controllers.{item.name}": _used(item.output) for item in controllers}
-    depends |= {f"springs.{item.name}": _used(item.force) for item in springs}
+    depends = {f"controllers.{item.name}": _used([item.output]) for item in controllers}
+    depends |= {f"springs.{item.name}": _used(formula for formula, _ in item.formulas()) for item in springs}
     loop = algebraic_loop(depends)
     if loop:
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
@@ -118,9 +118,9 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[Spring], va
         values.report.add(loop[0], what, "a low_pass controller, or a state, somewhere in the loop")
 
 
-def _used(formula: Formula) -> list[str]:
+def _used(formulas: Iterable[Formula]) -> list[str]:
     sections = {"controller": "controllers", "tension": "springs"}
-    return sorted({f"{sections[s.kind]}.{s.name}" for s in symbols(formula) if s.kind in sections})
+    return sorted({f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections})
 
 
 #: Keys beside signal, limits and labels that each type takes; the first ones it must have.
@@ -163,11 +163,7 @@ def states_of_controllers(entries: Mapping[str, Written]) -> list[str]:
 
 def outputs_of_controllers(entries: Mapping[str, Written]) -> list[str]:
     """Return the names by which formulas call what controllers give."""
-    return [
-        output
-        for name, entry in entries.items()
-        for output in made_by_controller(name, entry).get("controllers") or (name,)
-    ]
+    return [output for name, entry in entries.items() for output in made_by_controller(name, entry).get("controllers") or (name,)]
 
 
 def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:
@@ -186,7 +182,7 @@ class Controllers:
 
 
 def read_controllers(
-    entries: Mapping[str, Written], springs: Mapping[str, WrittenSpring], outputs: Collection[str], values: Values
+    entries: Mapping[str, Written], springs: Mapping[str, SpringEntry], outputs: Collection[str], values: Values
 ) -> Controllers:
     """Return the states and outputs of all controllers; what is wrong is reported.
 

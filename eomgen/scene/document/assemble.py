@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,11 +24,10 @@ from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
-from eomgen.scene.forces.model import Bushing
-from eomgen.scene.forces.reading import read_bushing, read_effort, read_force, read_spring, read_torsion_spring, read_tyre
-from eomgen.scene.formula.scope import PARAMETERS, Names
+from eomgen.scene.forces.element import Site
+from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
+from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.constraints import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.joints.mimics import check_mimics
@@ -135,9 +135,12 @@ class _Assembler:
             joints=joint_types,
             beams=self.elastic,
             points=(*document.points, *sorted(refused["points"])),
-            springs=(*document.springs, *sorted(refused["springs"])),
             curves=self.curve_table,
-            tyres=(*document.tyres, *sorted(refused["tyres"])),
+            offered={
+                kind: Offered(row.section, scope, (*document.section(row.section), *sorted(refused[row.section])))
+                for row in ELEMENTS
+                for kind, scope in row.offers.items()
+            },
         )
         self.names = names
         self.judged = {key_of("bodies", body, field) for body in judged for field in ("mass", "inertia")}
@@ -152,7 +155,7 @@ class _Assembler:
     def reader(self) -> Values:
         """Return a reader of values that has read nothing yet."""
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
-        return Values(self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged)
+        return Values(self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged, ALL_BOUNDS)
 
     def fields(self) -> dict[str, Any]:
         """Return the fields of the Scene; they are right only if the report stays empty."""
@@ -177,12 +180,9 @@ class _Assembler:
         constraints = tuple(
             read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
         )
-        bushings = [read_bushing(name, entry, self.bodies, points, values) for name, entry in document.bushings.items()]
         if complete:
             tree = [joints[link.name] for link in order]
             check_closings(constraints, tree, document.beams, self.report)
-            for bushing in bushings:
-                check_two_bodies("bushings", bushing.name, bushing.first, bushing.second, tree, document.beams, self.report)
         if document.coordinates == "absolute":
             check_not_absolute(document.beams, self.report)
         inputs = []
@@ -191,12 +191,18 @@ class _Assembler:
             inputs.append(made)
             self.curve_table |= curves
         states = [read_state(name, entry, values) for name, entry in document.states.items()]
-        control = read_controllers(document.controllers, document.springs, document.outputs, values)
-        springs = tuple(read_spring(name, spring, values) for name, spring in document.springs.items())
-        check_loops(control.outputs, springs, values)
-        forces = tuple(read_force(name, force, self.bodies, values) for name, force in document.forces.items())
-        framed: dict[str, Sequence[Constraint | Bushing]] = {"constraints": constraints, "bushings": bushings}
-        check_places(bodies, joints.values(), points.values(), forces, framed, values)
+        control = read_controllers(document.controllers, document.section("springs"), document.outputs, values)
+        site = Site(self.bodies, points, values)
+        elements = {
+            row.section: tuple(row.read(name, entry, site) for name, entry in document.section(row.section).items())
+            for row in ELEMENTS
+        }
+        check_loops(control.outputs, elements["springs"], values)
+        for element in chain.from_iterable(elements.values()):
+            frames = element.frames()
+            if complete and frames is not None:
+                check_two_bodies(element.section, element.name, *frames, tree, document.beams, self.report)
+        check_places(bodies, joints.values(), points.values(), chain.from_iterable(elements.values()), constraints, values)
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
@@ -218,19 +224,20 @@ class _Assembler:
             "coordinates": document.coordinates,
             "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
             "points": tuple(points.values()),
-            "springs": springs,
-            "torsion_springs": tuple(
-                read_torsion_spring(name, spring, values) for name, spring in document.torsion_springs.items()
-            ),
-            "bushings": tuple(bushings),
-            "tyres": tuple(read_tyre(name, tyre, points, values) for name, tyre in document.tyres.items()),
-            "forces": forces,
-            "efforts": tuple(read_effort(name, effort, values) for name, effort in document.efforts.items()),
+            "elements": tuple(chain.from_iterable(elements.values())),
             "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
             "requirements": tuple(values.requirements),
             "simulation": Simulation(
-                simulation.method, simulation.step, simulation.duration, simulation.rho_inf, simulation.record_every,
-                simulation.alpha, simulation.beta, simulation.gamma, simulation.start,
-                simulation.tolerance, simulation.order,
+                simulation.method,
+                simulation.step,
+                simulation.duration,
+                simulation.rho_inf,
+                simulation.record_every,
+                simulation.alpha,
+                simulation.beta,
+                simulation.gamma,
+                simulation.start,
+                simulation.tolerance,
+                simulation.order,
             ),
         }

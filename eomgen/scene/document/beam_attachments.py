@@ -16,7 +16,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.beam import AT_END, Beam, Deformation
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.forces.model import Bushing, Force
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.geometry.rotations import ALIKE
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.constraint_model import Constraint
@@ -32,18 +32,18 @@ def check_places(
     bodies: Mapping[str, Body],
     joints: Iterable[Joint],
     points: Iterable[Point],
-    forces: Iterable[Force],
-    framed: Mapping[str, Iterable[Constraint | Bushing]],
+    elements: Iterable[ForceElement],
+    constraints: Iterable[Constraint],
     values: Values,
 ) -> None:
-    """Report what is attached to a beam where the beam is not; ``framed`` has constraints and bushings, by section."""
+    """Report what is attached to a beam where the beam is not."""
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
     places += [(key_of("points", point.name, "position"), point.body, point.position) for point in points]
-    places += [(key_of("forces", force.name, "point"), force.body, force.point) for force in forces]
-    for section, entries in framed.items():
-        for entry in entries:
-            for field, frame in (("first", entry.first), ("second", entry.second)):
-                places.append((key_of(section, entry.name, field, "position"), frame.body, frame.position))
+    for element in elements:
+        places += [(key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()]
+    for constraint in constraints:
+        for field, frame in (("first", constraint.first), ("second", constraint.second)):
+            places.append((key_of("constraints", constraint.name, field, "position"), frame.body, frame.position))
     judged = set()
     for key, body, position in places:
         if (body, position) not in judged:  # a frame in a point is the point's matter, and points come before

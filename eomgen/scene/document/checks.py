@@ -26,7 +26,7 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
         report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
     kept: dict[str, object] = {}
     for section in SECTIONS:
-        entries: Mapping[str, object] = getattr(document, section)
+        entries = document.section(section)
         for name in [*entries, *sorted(refused[section])]:
             fault, hint = _fault(section, name, document)
             if fault:

@@ -19,12 +19,12 @@ from eomgen.scene.bodies import beam_schema as schema_beams
 from eomgen.scene.bodies import schema as schema_bodies
 from eomgen.scene.control import schema as schema_control
 from eomgen.scene.document import schema
-from eomgen.scene.forces import schema as schema_forces
+from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.joints import frame_schema as schema_places
 from eomgen.scene.joints import schema as schema_joints
 from eomgen.scene.reading import rotation_schema
-from eomgen.scene.reading.keys import Table, every_unit, meaning_of
+from eomgen.scene.reading.keys import Table, every_unit, meaning_of, tables_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals import schema as schema_signals
@@ -58,14 +58,15 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 )
 _MODULES = (
     rotation_schema,
-    schema_places, schema_bodies, schema_joints, schema_signals, schema_forces, schema_beams, schema_control, schema,
+    schema_places, schema_bodies, schema_joints, schema_signals, schema_beams, schema_control, schema,
 )  # fmt: skip
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
 
 def tables() -> dict[str, type[Table]]:
-    """Return every class of the schema by name."""
-    return {
+    """Return every class of the schema by name, an entry of force elements by what it describes."""
+    elements = [table for row in ELEMENTS for table in tables_of(row.entry).values()]
+    return {table.__name__.removesuffix("Entry"): table for table in elements} | {
         value.__name__: value
         for module in _MODULES
         for value in vars(module).values()

@@ -5,14 +5,16 @@ What needs more than one key to judge is in ``checks``; the tables of ``docs/sce
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from types import GenericAlias
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.schema import Base, Body, Point
 from eomgen.scene.control.schema import Controller
-from eomgen.scene.forces.schema import Bushing, Effort, Force, Spring, TorsionSpring, Tyre
+from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint
 from eomgen.scene.reading.keys import Table, key
@@ -59,12 +61,7 @@ SECTIONS = (
     "joints",
     "constraints",
     "points",
-    "springs",
-    "torsion_springs",
-    "bushings",
-    "tyres",
-    "forces",
-    "efforts",
+    *(row.section for row in ELEMENTS),
     "outputs",
 )
 
@@ -114,11 +111,14 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     joints: dict[str, Joint] = {}
     constraints: dict[str, Constraint] = {}
     points: dict[str, Point] = {}
-    springs: dict[str, Spring] = {}
-    torsion_springs: dict[str, TorsionSpring] = {}
-    bushings: dict[str, Bushing] = {}
-    tyres: dict[str, Tyre] = {}
-    forces: dict[str, Force] = {}
-    efforts: dict[str, Effort] = {}
+    for row in ELEMENTS:
+        __annotations__[row.section] = GenericAlias(dict, (str, row.entry))
+        locals()[row.section] = {}
+    del row
     outputs: dict[str, Output] = {}
     simulation: Simulation = Simulation()
+
+    def section(self, name: str) -> Mapping[str, Any]:
+        """Return the entries of a section."""
+        entries: Mapping[str, Any] = getattr(self, name)
+        return entries

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.scene.formula.parser import read_formula, section_of
+from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 
@@ -88,14 +88,22 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         return names
     space, outer = spaces[0], _visible(names, spaces[1:])
     visible: dict[str, Any] = {}
+    offered = {
+        kind: replace(item, names=tuple(_locally(space, item.section, item.names))) for kind, item in outer.offered.items()
+    }
     for field in fields(Names):
         known = getattr(outer, field.name)
-        here = {local: name for local, name in space.names.get(field.name, {}).items() if name in known}
+        here = _locally(space, field.name, known)
         visible[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
         bound[name] = any(names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names)))
-    return replace(outer, **{**visible, "parameters": {**visible["parameters"], **bound}})
+    return replace(outer, **{**visible, "parameters": {**visible["parameters"], **bound}, "offered": offered})
+
+
+def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:
+    """Return the names of a section that are known, by what the file of a namespace calls them."""
+    return {local: name for local, name in space.names.get(section, {}).items() if name in known}
 
 
 class _Renamed(Mapping[str, Entry]):
@@ -128,7 +136,7 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
     for place, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:
             return _bound(space.values[symbol.name], spaces[place + 1 :], names)
-        section = section_of(symbol.kind)
+        section = names.section_of(symbol.kind)
         if section == "joints" and symbol.name in space.names["beams"]:
             section = "beams"  # whose elastic coordinates are called like those of joints
         if section:

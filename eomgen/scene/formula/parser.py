@@ -9,12 +9,11 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Mapping
 
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
-from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, Names, Scope
+from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.joint_types import JOINTS
 from eomgen.text import is_legal, nearest, shown
@@ -231,14 +230,15 @@ class _Reader:
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         known, size = self.family(kind, name)
         if known is None:
-            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, _KINDS))
-        scope_kind = "power" if kind == "energy" and name.endswith("power") else kind
+            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, [*QUANTITIES, *self.names.offered]))
+        offered = self.names.offered.get(kind)
+        scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
         if kind == "rate" and name in self.names.states and name not in known:
             what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
             raise self.error(node, what, f"its formula, or the state {name}")
         if name not in known:
-            what = "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _KINDS[kind]
+            what = "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
             raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
         if size is None:
             return Symbol(kind, name, index or 0)
@@ -259,10 +259,8 @@ class _Reader:
             return [*self.names.joints, *self.names.beams], size
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
-        if kind in ("length", "rate", "tension"):
-            return list(self.names.springs), 1
-        if kind in ("load", "deflection"):
-            return list(self.names.tyres), 1
+        if kind in self.names.offered:
+            return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
 
 
@@ -276,16 +274,8 @@ def _plain_hint(word: str, name: str) -> str:
 
 
 _MODULES = ("np", "numpy", "math")
-_KINDS: Mapping[str, str] = {
-    **dict.fromkeys(("q", "v", "a"), "joint"),
-    **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
-    **dict.fromkeys(("length", "rate", "tension"), "spring"),
-    **dict.fromkeys(("load", "deflection"), "tyre"),
-    "energy": "energy",
-}
 
 
-def section_of(kind: str) -> str:
-    """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""
-    word = _KINDS.get(kind, kind)
-    return "" if word in ("time", "energy") else f"{word}s"
+def _words(section: str) -> str:
+    """Return what an entry of a section is called; an energy has none."""
+    return section.removesuffix("s").replace("_", " ") or "energy"

@@ -9,6 +9,12 @@ from eomgen.formula.piecewise import AnyCurve
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
+#: Kinds of quantities that every scene has, and what has them.
+QUANTITIES: Mapping[str, str] = {
+    **dict.fromkeys(("q", "v", "a"), "joint"),
+    **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
+    "energy": "energy",
+}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
 
@@ -21,8 +27,7 @@ class Scope:
 
 
 _STATE = frozenset(
-    {"parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "length", "rate", "energy"}
-    | {"load", "deflection"}
+    {"parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "energy", "element"}
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
@@ -35,6 +40,15 @@ EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "po
 
 
 @dataclass(frozen=True)
+class Offered:
+    """A kind of quantity that the force elements of a section offer: where it is allowed, and the names of the elements."""
+
+    section: str
+    scope: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Names:
     """The names that formulas of one scene may mention.
 
@@ -44,6 +58,7 @@ class Names:
     joints : mapping from name to joint type; an empty type where it is not known.
     beams : mapping from name to number of elastic coordinates; 0 where it is not known.
     curves : mapping from name to curve.
+    offered : mapping from kind of quantity to the elements that offer it.
     """
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
@@ -53,6 +68,12 @@ class Names:
     joints: Mapping[str, str] = field(default_factory=dict)
     beams: Mapping[str, int] = field(default_factory=dict)
     points: tuple[str, ...] = ()
-    springs: tuple[str, ...] = ()
-    tyres: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
+    offered: Mapping[str, Offered] = field(default_factory=dict)
+
+    def section_of(self, kind: str) -> str:
+        """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""
+        if kind in self.offered:
+            return self.offered[kind].section
+        word = QUANTITIES.get(kind, kind)
+        return "" if word in ("time", "energy") else f"{word}s"

@@ -65,56 +65,45 @@ def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
 Bound = tuple[Callable[[Numbers], Flags], str, str]
 
 
-def _above_zero(what: str) -> Bound:
+def above_zero(what: str) -> Bound:
     return _not_positive, f"{what} is {{0}}", "a number above 0"
 
 
-def _not_below_zero(what: str) -> Bound:
+def not_below_zero(what: str) -> Bound:
     return _negative, f"{what} is {{0}}", "0 or more"
 
 
 _PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'
 _LENGTH: Bound = _not_positive, "{0} m is not positive", "a length in m"
-_STIFFNESS: Bound = _negative, "the stiffness is negative: {0}", "0 or more"
-_DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
+STIFFNESS: Bound = _negative, "the stiffness is negative: {0}", "0 or more"
+DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
 _DEFORMATIONS = ("bending_y", "bending_z", "stretch", "torsion")
 
 _BOUNDS: Mapping[str, Bound] = {
     "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
     "joints.pitch": _PITCH,
     "joints.rotor_inertia": (_negative, "the rotor inertia {0} is negative", "0 or more"),
-    "joints.limits.stiffness": _above_zero("the stiffness of a stop"),
-    "joints.limits.damping": _not_below_zero("the damping of a stop"),
-    "joints.limits.onset": _above_zero("the onset of a stop"),
-    "joints.friction.coulomb": _not_below_zero("the Coulomb friction"),
-    "joints.friction.velocity": _above_zero("the regularisation velocity"),
-    "joints.friction.static": _not_below_zero("the static friction"),
-    "joints.friction.stribeck": _above_zero("the Stribeck velocity"),
+    "joints.limits.stiffness": above_zero("the stiffness of a stop"),
+    "joints.limits.damping": not_below_zero("the damping of a stop"),
+    "joints.limits.onset": above_zero("the onset of a stop"),
+    "joints.friction.coulomb": not_below_zero("the Coulomb friction"),
+    "joints.friction.velocity": above_zero("the regularisation velocity"),
+    "joints.friction.static": not_below_zero("the static friction"),
+    "joints.friction.stribeck": above_zero("the Stribeck velocity"),
     "constraints.length": _LENGTH,
     "constraints.radius": _LENGTH,
     "constraints.pitch": _PITCH,
-    "bushings.stiffness": _STIFFNESS,
-    "bushings.rotational_stiffness": _STIFFNESS,
-    "bushings.damping": _DAMPING,
-    "bushings.rotational_damping": _DAMPING,
-    "tyres.radius": _above_zero("the radius of a tyre"),
-    "tyres.stiffness": _above_zero("the stiffness of a tyre"),
-    "tyres.damping": _not_below_zero("the damping of a tyre"),
-    "tyres.onset": _above_zero("the onset of a tyre"),
-    "tyres.slip.stiffness": _not_below_zero("a slip stiffness"),
-    "tyres.slip.friction": _above_zero("the friction of a tyre"),
-    "tyres.slip.velocity": _above_zero("the velocity of a slip"),
-    "beams.section.elastic_modulus": _above_zero("the elastic modulus"),
-    "beams.section.density": _above_zero("the density"),
-    "beams.section.area": _above_zero("the area of a section"),
-    "beams.section.second_moments": _above_zero("a second moment of area"),
-    "beams.section.shear_modulus": _above_zero("the shear modulus"),
-    "beams.section.torsion_constant": _above_zero("the torsion constant"),
-    "beams.mass_per_length": _above_zero("the mass per length"),
-    "beams.polar_inertia": _not_below_zero("the polar inertia"),
-    **{f"beams.{kind}.stiffness": _above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
-    **{f"beams.{kind}.stiffness_damping": _not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
-    **{f"beams.{kind}.inertia_factor": _above_zero("the inertia factor") for kind in _DEFORMATIONS},
+    "beams.section.elastic_modulus": above_zero("the elastic modulus"),
+    "beams.section.density": above_zero("the density"),
+    "beams.section.area": above_zero("the area of a section"),
+    "beams.section.second_moments": above_zero("a second moment of area"),
+    "beams.section.shear_modulus": above_zero("the shear modulus"),
+    "beams.section.torsion_constant": above_zero("the torsion constant"),
+    "beams.mass_per_length": above_zero("the mass per length"),
+    "beams.polar_inertia": not_below_zero("the polar inertia"),
+    **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
     "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
     "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
     "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),
@@ -124,8 +113,14 @@ _BOUNDS: Mapping[str, Bound] = {
     "controllers.width": (_not_positive, "the width {0} m/s is not positive", "0.01, or no width"),
 }
 
-#: What each value that formulas of parameters may give must be by itself, by key.
-BOUNDS: Mapping[str, Row] = {key: Row((key,), *bound, stage=0) for key, bound in _BOUNDS.items()}
+
+def bounds(by_key: Mapping[str, Bound]) -> dict[str, Row]:
+    """Return what values must be by themselves as rows of the table."""
+    return {key: Row((key,), *bound, stage=0) for key, bound in by_key.items()}
+
+
+#: What each value that formulas of parameters may give must be by itself, by key; force elements bring their own.
+BOUNDS: Mapping[str, Row] = bounds(_BOUNDS)
 
 #: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push back.
 UNBOUNDED = frozenset(
@@ -144,18 +139,6 @@ UNBOUNDED = frozenset(
         "joints.mimic.offset",
         "constraints.first.position",
         "constraints.second.position",
-        "springs.stiffness",
-        "springs.damping",
-        "springs.length",
-        "torsion_springs.stiffness",
-        "torsion_springs.damping",
-        "torsion_springs.rest",
-        "bushings.first.position",
-        "bushings.second.position",
-        "bushings.rest",
-        "bushings.preload",
-        "bushings.rotational_preload",
-        "forces.point",
         "controllers.proportional",
         "controllers.integral",
         "controllers.derivative",
@@ -221,7 +204,7 @@ RELATIONS: Mapping[str, Row] = {
 }
 
 
-def bound_of(key: str) -> Row | None:
+def bound_of(key: str, table: Mapping[str, Row]) -> Row | None:
     """Return what a value must be by itself, by its key in a scene: ``joints.hinge.limits.stiffness[1]``."""
     section, _, rest = re.sub(r"\[\d+\]", "", key).partition(".")
-    return BOUNDS.get(f"{section}.{rest.partition('.')[2]}")
+    return table.get(f"{section}.{rest.partition('.')[2]}")

@@ -17,7 +17,7 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.requirements import bound_of
+from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
 from eomgen.scene.reading.rotations import Rotation
 from eomgen.system.description import Requirement, Rule
@@ -40,6 +40,8 @@ class Values:
         Names of entries that were left out; a formula that mentions one of them has no problem of its own.
     judged : collection of str
         Keys whose values an importer has judged, so that nothing is asked of them.
+    bounds : mapping
+        What values must be by themselves, by key.
 
     Attributes
     ----------
@@ -54,12 +56,14 @@ class Values:
         report: Report,
         refused: Collection[str] = (),
         judged: Collection[str] = (),
+        bounds: Mapping[str, Row] = BOUNDS,
     ) -> None:
         self.names = names
         self.parameters = parameters
         self.report = report
         self.refused = refused
         self.judged = judged
+        self.bounds = bounds
         self.requirements: list[Requirement] = []
         self.mentioned: set[tuple[str, str]] = set()
 
@@ -90,7 +94,7 @@ class Values:
         """Ask of a formula of parameters what its key asks of every value; of any other key that it has a value."""
         if scope is not PARAMETERS:
             return
-        bound = bound_of(key)
+        bound = bound_of(key, self.bounds)
         if bound is not None:
             self.require(key, bound, [formula])
         elif isinstance(formula, Operation) and self._tunable(formula):

@@ -1,0 +1,33 @@
+"""Forces and torques on bodies, by formulas."""
+
+from __future__ import annotations
+
+from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.scene.forces.forces import Force
+from eomgen.symbolic.scalar import apply, cross, dot, plus, transpose
+
+
+def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
+    """Add a force and a torque on a body, and their power."""
+    kinematics = quantities.kinematics
+    point = quantities.vector(item.point)
+    mount = quantities.tree.mount_at(item.body, point)
+    link, s = kinematics.local(item.body, point)
+    force, torque = quantities.vector(item.force), quantities.vector(item.torque)
+    if link < 0:
+        return
+    if item.axes == "body":
+        force, torque = apply(mount.orientation, force), apply(mount.orientation, torque)
+    else:
+        to_link = transpose(kinematics.pose(link)[0])
+        to_base = transpose(kinematics.base.orientation)
+        force, torque = apply(to_link, apply(to_base, force)), apply(to_link, apply(to_base, torque))
+    load = (plus(torque, cross(s, force)), force)
+    add_wrench(loads.wrenches, link, load)
+    add_wrench(loads.external, link, load)
+    omega, velocity = kinematics.inertial_twist(link)
+    loads.power = loads.power + dot(load[0], omega) + dot(load[1], velocity)
+
+
+LAW = Law(Force, add_force)

@@ -1,0 +1,137 @@
+"""Springs and dampers in all six directions between two frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
+from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.geometry.rotations import rows, sequence
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.scene.joints.frame_schema import Frame as FrameEntry
+from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import SixBySix, Triple
+from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
+from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.reading.values import Values
+from eomgen.text import key_of
+
+_ZEROS = (0.0, 0.0, 0.0)
+_NOTHING = "`[0, 0, 0]`"
+Rows = tuple[tuple[Formula, ...], ...]
+
+
+class BushingEntry(Table):
+    """A spring and damper in all six directions between two frames."""
+
+    first: FrameEntry = key("a frame in one body", kind="frame, see [constraints](#constraints)")
+    second: FrameEntry = key("a frame in another", kind="frame, see [constraints](#constraints)")
+    stiffness: Triple | None = key("along x, y, z of the first frame", None, unit="N/m", names=PARAMETERS, shown_default=_NOTHING)
+    damping: Triple | None = key("along x, y, z", None, unit="N s/m", names=PARAMETERS, shown_default=_NOTHING)
+    rotational_stiffness: Triple | None = key(
+        "about x, y, z of the first frame", None, unit="N m/rad", names=PARAMETERS, shown_default=_NOTHING
+    )
+    rotational_damping: Triple | None = key("about x, y, z", None, unit="N m s/rad", names=PARAMETERS, shown_default=_NOTHING)
+    stiffness_matrix: SixBySix | None = key("symmetric, rotations first, in place of both stiffnesses", None, kind="6x6 numbers")
+    damping_matrix: SixBySix | None = key("rotations first, in place of both dampings", None, kind="6x6 numbers")
+    rest: Triple = key("origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS)
+    rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
+    preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
+    rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)
+
+
+@dataclass(frozen=True)
+class Bushing(ForceElement):
+    """Spring and damper in six directions between two frames, angular first, in the axes of the first frame.
+
+    Attributes
+    ----------
+    stiffness, damping : 6 rows of 6; the stiffness is symmetric
+    rest : origin of the second frame in the first when the springs are slack, m
+    rest_orientation : axes of the second frame in the first then, as columns, row by row
+    preload : moment (N m) and force (N) on the second frame at rest
+    """
+
+    section: ClassVar[str] = "bushings"
+
+    first: Frame
+    second: Frame
+    stiffness: tuple[tuple[Formula, ...], ...]
+    damping: tuple[tuple[Formula, ...], ...]
+    rest: tuple[Formula, Formula, Formula]
+    rest_orientation: tuple[tuple[float, float, float], ...]
+    preload: tuple[Formula, ...]
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return self.rest
+
+    def frames(self) -> tuple[Frame, Frame]:
+        return self.first, self.second
+
+
+def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
+    """Return a checked bushing; what is wrong with it goes to the report of ``values``."""
+    key, values = key_of("bushings", name), site.values
+    first, second = (
+        read_frame(f"{key}.{side}", "bushing", frame, "any", site.bodies, site.points, values)
+        for side, frame in (("first", entry.first), ("second", entry.second))
+    )
+    stiffness, damping = _rows(key, entry, "stiffness", values), _rows(key, entry, "damping", values)
+    rotational = values.vector(f"{key}.rotational_preload", entry.rotational_preload, PARAMETERS)
+    preload = (*rotational, *values.vector(f"{key}.preload", entry.preload, PARAMETERS))
+    parts = [entry for row in (*stiffness, *damping, preload) for entry in row]
+    if not values.report.concerns(key) and all(part in (ZERO, Number(-0.0)) for part in parts):
+        values.report.add(key, "the bushing has no stiffness, damping or preload", "stiffness = [1e5, 1e5, 1e5]")
+    return Bushing(
+        name=name,
+        first=first,
+        second=second,
+        stiffness=stiffness,
+        damping=damping,
+        rest=values.vector(f"{key}.rest", entry.rest, PARAMETERS),
+        rest_orientation=rows(sequence(values.constant_rotations(f"{key}.rest_rotation", entry.rest_rotation) or [])),
+        preload=preload,
+    )
+
+
+def _rows(key: str, entry: BushingEntry, what: str, values: Values) -> Rows:
+    """Return the six rows of the stiffness or the damping, rotations first."""
+    fields = (f"rotational_{what}", what)
+    matrix = getattr(entry, f"{what}_matrix")
+    if matrix is None:
+        diagonal: list[Formula] = []
+        for field in fields:
+            given = getattr(entry, field)
+            diagonal += ZERO_VECTOR if given is None else values.vector(f"{key}.{field}", given, PARAMETERS)
+        return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
+    for field in fields:
+        if getattr(entry, field) is not None:
+            values.report.add(f"{key}.{field}", f"{field} and {what}_matrix are both given", "one of them")
+    _check_matrix(f"{key}.{what}_matrix", matrix, what, values)
+    return tuple(tuple(Number(number) for number in row) for row in matrix)
+
+
+def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], what: str, values: Values) -> None:
+    """Report a stiffness without a potential, and a stiffness or damping that would hand out energy."""
+    matrix = np.array(rows_given)
+    size = float(np.max(np.abs(matrix)))
+    for row, column in zip(*np.nonzero(np.abs(matrix - matrix.T) > 1e-9 * size), strict=True):
+        if what == "stiffness" and row < column:
+            fault = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from [{column}][{row}]"
+            values.report.add(key, fault, "the mean of both")
+            return
+    smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
+    if smallest < -1e-9 * size:
+        fault = f"the {what} is negative in some direction: the smallest eigenvalue of the matrix is {smallest:.6g}"
+        values.report.add(key, fault, "a positive semidefinite matrix")
+
+
+_BOUNDS = {"stiffness": STIFFNESS, "rotational_stiffness": STIFFNESS, "damping": DAMPING, "rotational_damping": DAMPING}
+_ANY = ("first.position", "second.position", "rest", "preload", "rotational_preload")
+ROW = Row(Bushing, BushingEntry, read_bushing, {**_BOUNDS, **dict.fromkeys(_ANY)})

@@ -1,0 +1,96 @@
+"""What every kind of force element says of itself: a row of the register, and what the rest of the package asks an element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from eomgen.formula.nodes import Formula, Vector
+from eomgen.scene.joints.constraint_model import Frame
+from eomgen.system.description import Line, Point, Wheel
+
+if TYPE_CHECKING:  # a Scene needs none of what reads files
+    from eomgen.scene.reading.keys import Table
+    from eomgen.scene.reading.requirements import Bound
+    from eomgen.scene.reading.values import Values
+
+
+@dataclass(frozen=True)
+class ForceElement:
+    """A force element of a Scene. What a kind does not have, it leaves as it is here.
+
+    Attributes
+    ----------
+    section : of a scene file
+    """
+
+    name: str
+    section: ClassVar[str]
+
+    @property
+    def label(self) -> str:
+        """What messages and comments call it: ``torsion spring t``."""
+        return f"{self.section.removesuffix('s').replace('_', ' ')} {self.name}"
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        """Yield the formulas of the state and of time that it depends on, and of how many of their time derivatives."""
+        yield from ()
+
+    def passive(self) -> Self | None:
+        """Return the element without what its formulas push, which has no potential; None where nothing is left."""
+        return self
+
+    def lengths(self) -> tuple[Formula, ...]:
+        """Return what it measures, m: a free length, a radius, the components of a place at rest."""
+        return ()
+
+    def frames(self) -> tuple[Frame, Frame] | None:
+        """Return the frames of two bodies that it connects."""
+        return None
+
+    def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
+        """Yield the places on bodies that it holds by itself, not by a point: the parts of their keys, body and position."""
+        for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
+            yield (side, "position"), frame.body, frame.position
+
+    def angles(self) -> tuple[tuple[str, int], ...]:
+        """Return the angles, by joint and index, that act on it as numbers, so that whole turns matter."""
+        return ()
+
+    def drawn(self) -> Line | Wheel | None:
+        """Return what a picture shows of it."""
+        return None
+
+
+@dataclass(frozen=True)
+class Site:
+    """What a reader of a force element may look at: names of bodies, points, and the values of the scene."""
+
+    bodies: Collection[str]
+    points: Mapping[str, Point]
+    values: Values
+
+
+@dataclass(frozen=True)
+class Row:
+    """A kind of force element.
+
+    Attributes
+    ----------
+    model : what its entries become
+    entry : what a file may say of it
+    read : from name, entry and site to the element
+    bounds : what each value must be by itself, by key within the entry; None for any number
+    offers : what formulas may mention of it (``length.strut``): ``element``, or ``tension`` where a tension may not
+    """
+
+    model: type[ForceElement]
+    entry: type[Table]
+    read: Callable[[str, Any, Site], ForceElement]
+    bounds: Mapping[str, Bound | None]
+    offers: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def section(self) -> str:
+        return self.model.section

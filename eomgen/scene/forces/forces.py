@@ -1,0 +1,66 @@
+"""Forces and torques on bodies, by formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from eomgen.formula.nodes import Formula, Vector
+from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.formula.scope import PARAMETERS, STATE
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Triple
+from eomgen.scene.reading.report import check_reference
+from eomgen.system.description import BASE, WORLD
+from eomgen.text import key_of
+
+_ZEROS = (0.0, 0.0, 0.0)
+
+
+class ForceEntry(Table):
+    """A force and a torque on a body."""
+
+    body: str = key("what they act on", refers="bodies", kind="body, not the base")
+    point: Triple = key("where the force acts, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
+    force: Triple = key("through the point", _ZEROS, unit="N", names=STATE)
+    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=STATE)
+    axes: Literal["world", "body"] = key("axes of force and torque", "world")
+
+
+@dataclass(frozen=True)
+class Force(ForceElement):
+    """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes."""
+
+    section: ClassVar[str] = "forces"
+
+    body: str
+    point: Vector  # body frame, formulas of parameters
+    force: Vector
+    torque: Vector
+    axes: Literal["world", "body"] = "world"
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        yield from ((formula, 0) for formula in (*self.force, *self.torque))
+
+    def passive(self) -> None:
+        return None
+
+    def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
+        yield ("point",), self.body, self.point
+
+
+def read_force(name: str, force: ForceEntry, site: Site) -> Force:
+    """Return a force and a torque."""
+    key, values, vector = key_of("forces", name), site.values, site.values.vector
+    if force.body in (BASE, WORLD):
+        why = "its motion is prescribed" if force.body == BASE else "it rests"
+        values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why}", "a body")
+    else:
+        check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
+    point = vector(f"{key}.point", force.point, PARAMETERS)
+    force_vector = vector(f"{key}.force", force.force, STATE)
+    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, STATE), force.axes)
+
+
+ROW = Row(Force, ForceEntry, read_force, {"point": None})

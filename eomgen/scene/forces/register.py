@@ -1,0 +1,13 @@
+"""The register of force elements: one row for each kind, in the order of the sections in a file."""
+
+from __future__ import annotations
+
+from eomgen.scene.forces import bushings, efforts, forces, springs, torsion_springs, tyres
+from eomgen.scene.forces.element import Row
+from eomgen.scene.reading.requirements import BOUNDS, bounds
+
+ELEMENTS: tuple[Row, ...] = (springs.ROW, torsion_springs.ROW, bushings.ROW, tyres.ROW, forces.ROW, efforts.ROW)
+#: What every value of a scene must be by itself.
+ALL_BOUNDS = dict(BOUNDS) | bounds(
+    {f"{row.section}.{key}": bound for row in ELEMENTS for key, bound in row.bounds.items() if bound is not None}
+)

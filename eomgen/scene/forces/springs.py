@@ -1,0 +1,77 @@
+"""Springs, dampers and actuators along the line between two points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+from eomgen.formula.nodes import ZERO, Formula
+from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Value
+from eomgen.scene.reading.report import check_reference
+from eomgen.system.description import Line
+from eomgen.text import key_of
+
+
+class SpringEntry(Table):
+    """A spring, damper or actuator along the line between two points."""
+
+    first: str = key("one end", refers="points")
+    second: str = key("the other end", refers="points")
+    stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
+    damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
+    length: Value = key("length at which the spring is slack", 0.0, unit="m", names=PARAMETERS)
+    force: Value = key("an actuator in parallel", 0.0, unit="N", names=SPRING_FORCE)
+
+
+@dataclass(frozen=True)
+class Spring(ForceElement):
+    """Spring-damper along the line between two points: tension = stiffness (l - length) + damping l' + force.
+
+    ``force`` is a formula of everything (an actuator in parallel), a tension: positive pulls the points together.
+    Stiffness, damping and free length are formulas of parameters.
+    """
+
+    section: ClassVar[str] = "springs"
+
+    first: str
+    second: str
+    stiffness: Formula
+    damping: Formula
+    length: Formula
+    force: Formula = ZERO
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        yield self.force, 0
+
+    def passive(self) -> Self:
+        return replace(self, force=ZERO)
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (self.length,)
+
+    def drawn(self) -> Line:
+        return Line(self.name, self.first, self.second, self.stiffness != ZERO)
+
+
+def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
+    """Return a spring along the line between two points."""
+    key, values, formula = key_of("springs", name), site.values, site.values.formula
+    known = True
+    for field, point in (("first", spring.first), ("second", spring.second)):
+        known = check_reference(f"{key}.{field}", point, values.names.points, "point", values.report) and known
+    if known and spring.first == spring.second:
+        values.report.add(f"{key}.second", f"the spring connects the point {spring.first} to itself", "another point")
+    fields = ("stiffness", "damping", "length")
+    stiffness, damping, length = (formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields)
+    force = formula(f"{key}.force", spring.force, SPRING_FORCE)
+    return Spring(name, spring.first, spring.second, stiffness, damping, length, force)
+
+
+ROW = Row(
+    Spring, SpringEntry, read_spring, dict.fromkeys(("stiffness", "damping", "length")),
+    offers={"length": "element", "rate": "element", "tension": "tension"},
+)  # fmt: skip

@@ -1,0 +1,171 @@
+"""Tyres: point contacts between wheels and a road of given height."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Number
+from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Triple, Value
+from eomgen.scene.reading.kinds import Values as ValuesEntry
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.requirements import above_zero, not_below_zero
+from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE, WORLD, Wheel
+from eomgen.text import key_of
+
+
+class SlipEntry(Table):
+    """Forces of a tyre in the plane of the road."""
+
+    axis: Triple = key(
+        "of the wheel's spin, in the axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
+    )
+    stiffness: ValuesEntry = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
+    friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
+    velocity: Value = key("added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS)
+
+
+class TyreEntry(Table):
+    """A point contact between a wheel and the road, which can lift off."""
+
+    center: str = key("centre of the wheel", refers="points")
+    radius: Value = key("of the wheel without load", unit="m", names=PARAMETERS)
+    stiffness: Value = key("vertical", unit="N/m", names=PARAMETERS)
+    damping: Value = key("vertical", 0.0, unit="N s/m", names=PARAMETERS)
+    onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
+    road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
+    road_rate: Value | None = key(
+        "its rate from time and inputs; needed with `damping` where the road has an input", None, unit="m/s", names=ROAD
+    )
+    slip: SlipEntry | None = key("forces in the plane of the road", None, kind="table, below")
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Forces of a tyre in the road's plane: load times stiffness times slip, bounded by friction times load.
+
+    Attributes
+    ----------
+    axis : unit vector of the wheel's spin in the axes of its centre's body
+    stiffness : longitudinal and lateral, per unit of slip and of load
+    velocity : added in squares to the rolling speed, m/s
+    """
+
+    axis: tuple[float, float, float]
+    stiffness: tuple[Formula, Formula]
+    friction: Formula
+    velocity: Formula
+
+
+@dataclass(frozen=True)
+class Tyre(ForceElement):
+    """A point contact between a wheel and a road of given height; it lifts off where the road falls away.
+
+    Attributes
+    ----------
+    center : point, the centre of the wheel
+    road : height of the road in the world, formula of time, inputs and the centre's x and y
+    road_rate : its rate from time and inputs; None where it follows from the formula
+    moving_road : whether time or inputs move the road
+    """
+
+    section: ClassVar[str] = "tyres"
+
+    center: str
+    radius: Formula
+    stiffness: Formula
+    damping: Formula
+    onset: Formula
+    road: Formula
+    road_rate: Formula | None
+    moving_road: bool
+    slip: Slip | None = None
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        yield self.road, 1  # the damping takes its rate
+        if self.road_rate is not None:
+            yield self.road_rate, 0
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (self.radius,)
+
+    def drawn(self) -> Wheel:
+        return Wheel(self.name, self.center, self.radius, self.road)
+
+
+def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
+    """Return a checked tyre; what is wrong with it goes to the report of ``values``."""
+    key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
+    known = check_reference(f"{key}.center", entry.center, values.names.points, "point", report)
+    if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
+        what = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
+        report.add(f"{key}.center", what, "a point of the wheel's body")
+    damping = values.formula(f"{key}.damping", entry.damping, PARAMETERS)
+    road = _height(f"{key}.road", entry.road, entry.center, values)
+    kinds = {symbol.kind for symbol in symbols(road)}
+    moving = bool(kinds & {"time", "input"})
+    rate = None
+    if entry.road_rate is not None:
+        rate = _height(f"{key}.road_rate", entry.road_rate, entry.center, values)
+        if not moving and not report.concerns(f"{key}.road"):
+            what = "neither time nor an input moves the road, so it has no rate of its own"
+            report.add(f"{key}.road_rate", what, "a road that moves, or no road_rate")
+    elif "input" in kinds and damping != Number(0.0):
+        what = "the damping needs the rate of the road, which does not follow from an input"
+        report.add(key, what, 'road_rate = "...", a second input for instance, or no damping')
+    return Tyre(
+        name=name,
+        center=entry.center,
+        radius=values.formula(f"{key}.radius", entry.radius, PARAMETERS),
+        stiffness=values.formula(f"{key}.stiffness", entry.stiffness, PARAMETERS),
+        damping=damping,
+        onset=values.formula(f"{key}.onset", entry.onset, PARAMETERS),
+        road=road,
+        road_rate=rate,
+        moving_road=moving,
+        slip=_slip(f"{key}.slip", entry.slip, values) if entry.slip is not None else None,
+    )
+
+
+def _height(key: str, value: float | str, center: str, values: Values) -> Formula:
+    """Return the height of a road or its rate; of all positions it may use its own wheel's x and y only."""
+    formula = values.formula(key, value, ROAD)
+    for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
+        if symbol.name != center or symbol.index == 2:
+            what = f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's x and y"
+            values.report.add(key, what, f"position.{center}[0] or position.{center}[1]")
+            break
+    return formula
+
+
+def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
+    axis = values.axis(f"{key}.axis", slip.axis)
+    if len(slip.stiffness) not in (1, 2):
+        what = f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)}"
+        values.report.add(f"{key}.stiffness", what, "[15, 12]")
+        return None
+    places = [f"{key}.stiffness[{place}]" for place in range(len(slip.stiffness))]
+    stiffness = [values.formula(place, value, PARAMETERS) for place, value in zip(places, slip.stiffness, strict=True)]
+    friction = values.formula(f"{key}.friction", slip.friction, PARAMETERS)
+    velocity = values.formula(f"{key}.velocity", slip.velocity, PARAMETERS)
+    if axis is None:
+        return None
+    return Slip((float(axis[0]), float(axis[1]), float(axis[2])), (stiffness[0], stiffness[-1]), friction, velocity)
+
+
+_BOUNDS = {
+    "radius": above_zero("the radius of a tyre"),
+    "stiffness": above_zero("the stiffness of a tyre"),
+    "damping": not_below_zero("the damping of a tyre"),
+    "onset": above_zero("the onset of a tyre"),
+    "slip.stiffness": not_below_zero("a slip stiffness"),
+    "slip.friction": above_zero("the friction of a tyre"),
+    "slip.velocity": above_zero("the velocity of a slip"),
+}
+ROW = Row(Tyre, TyreEntry, read_tyre, _BOUNDS, offers={"load": "element", "deflection": "element"})
