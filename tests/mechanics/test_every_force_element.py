@@ -1,0 +1,84 @@
+"""Each row of the register of force elements in all its uses; what its values must be is in ``tests/scene/test_requirements.py``.
+
+Nothing here names a kind: ``every_value`` holds an entry of each, so a new row is tested as it stands.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
+from eomgen.mechanics.forces.applied import LAWS, OFFERED
+from eomgen.results.scenery import scenery
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.document.json_schema import schema
+from eomgen.scene.document.reference import tables
+from eomgen.scene.forces.element import Row
+from eomgen.scene.forces.register import ELEMENTS
+from eomgen.scene.load import from_data
+from eomgen.scene.scene import Scene
+from tests.oracles.evaluation import tape_evaluator
+from tests.oracles.states import derivative, random_states
+from tests.scene.every_value import SCENE
+
+EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.section)
+ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
+#: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table.
+BODIES = {"arm": "hinge", "nut": "screw", "disc": "free", "puck": "table"}
+
+
+def scene_with(row: Row, formula: str = "t") -> Scene:
+    bodies = {name: SCENE["bodies"][name] for name in BODIES}
+    joints = {name: SCENE["joints"][name] for name in BODIES.values()}
+    bare = {key: SCENE[key] for key in ("format", "name", "gravity", "points")}
+    outputs = {"seen": {"formula": formula}}
+    return from_data({**bare, "bodies": bodies, "joints": joints, "outputs": outputs, row.section: ENTRIES[row.section]})
+
+
+def test_every_row_has_a_law_that_gives_what_it_offers() -> None:
+    laws = {law.model: set(law.offers) for some in LAWS for law in some}
+    assert laws == {row.model: set(row.offers) for row in ELEMENTS}
+    assert len(OFFERED) == sum(len(row.offers) for row in ELEMENTS)
+
+
+@EVERY
+def test_files_builders_schema_and_pages_know_it(row: Row) -> None:
+    [element] = scene_with(row).elements
+    assert isinstance(element, row.model) and getattr(scene_with(row), row.section, (element,)) == (element,)
+    assert callable(getattr(SceneBuilder, row.section.removesuffix("s")))
+    assert schema()["properties"][row.section]["additionalProperties"] == {"$ref": f"#/$defs/{row.entry.__name__}"}
+    assert tables()[row.entry.__name__.removesuffix("Entry")] is row.entry
+
+
+@EVERY
+def test_its_power_is_that_of_its_wrenches_and_its_potential(row: Row, rng: np.random.Generator) -> None:
+    system = derive(scene_with(row), ["energy", "forward_dynamics"])
+    evaluate = tape_evaluator(system)
+    state = random_states(system, 6, rng)
+    state["a"] = evaluate("forward_dynamics", state)["vdot"]
+    rates = {"q": state["v"], "v": state["a"], "t": np.ones((6, 1))}
+    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
+    power = evaluate("energy", state)["energy"][:, 2]
+    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power)
+    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power) / scale) <= 1e-11
+
+
+@EVERY
+def test_formulas_read_what_it_offers(row: Row) -> None:
+    [element] = scene_with(row).elements
+    for kind in row.offers:
+        scene = scene_with(row, f"{kind}.{element.name}")
+        assert OFFERED[kind][0] == row.section and "outputs" in derive(scene, ["outputs"]).functions
+
+
+@EVERY
+def test_pictures_show_what_it_says(row: Row) -> None:
+    scene = scene_with(row)
+    [element] = scene.elements
+    shown = scenery(describe(scene), {})
+    named = {item["name"] for items in (shown["springs"], shown["tyres"]) for item in items}
+    assert named == ({element.name} if element.drawn() is not None else set())
