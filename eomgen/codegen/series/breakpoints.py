@@ -13,7 +13,7 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity
 
-#: What has corners. A selection goes on after its condition, which is among these.
+#: Operations with kinks or jumps. A selection switches with its condition, which is among these.
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
 #: Blocks that do not change during a run.
 _CONSTANT = frozenset({"p", "u", "followed"})

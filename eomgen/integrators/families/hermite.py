@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 CORRECTION_TOLERANCE = 45.0
 #: Corrections of a step at most.
 MOST_CORRECTIONS = 30
-#: Corrections have settled, too, when they shrink no more and are below this, in the same units.
+#: Corrections have converged, too, when they shrink no more and are below this, in the same units.
 ROUND_OFF = 4500.0
 #: The part of 1 rad, or of the size of the machine, that counts as the size of a smaller motion: rounding is not far below.
 COARSE = 0.01

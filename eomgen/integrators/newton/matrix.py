@@ -41,7 +41,7 @@ class Unknowns:
     """How many unknowns of each kind a step has, and where the equations are.
 
     ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree): their
-    equations have no right side, and nobody asks for their solution.
+    equations have no right side, and their solution is not needed.
     """
 
     v: int

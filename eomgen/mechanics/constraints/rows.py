@@ -66,7 +66,12 @@ class Rows:
 
 
 def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
-    """Return the equations of all constraints."""
+    """Return the equations of all constraints.
+
+    Parameters
+    ----------
+    quantities : in joint or absolute coordinates, recorded on the same tape
+    """
     rows = Rows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):

@@ -41,7 +41,7 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     """Add the wrenches of a bushing on both bodies, its potential, J, and its dissipated power, W."""
     algebra = quantities.algebra
     if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
-        return  # between base and world: whoever moves the base strains it
+        return  # between base and world: the prescribed motion of the base strains it
     K, D = ([[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping))
     preload = [quantities.formula(entry) for entry in bushing.preload]
     first, second = frame_pose(quantities, bushing.first), frame_pose(quantities, bushing.second)

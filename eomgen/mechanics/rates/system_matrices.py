@@ -113,7 +113,7 @@ class SystemMatrices:
     # -- A and its transpose, applied ---------------------------------------------------------------------------------
 
     def outwards(self, x: Columns) -> Columns:
-        """Return A x."""
+        """Return A x, per link the sum of x over the path from the root, in link axes."""
         found: Columns = []
         for link, row in zip(self.tree.links, x, strict=True):
             above = found[link.parent] if link.parent != ROOT else None
@@ -124,7 +124,7 @@ class SystemMatrices:
         return found
 
     def inwards(self, x: Columns) -> Columns:
-        """Return A^T x."""
+        """Return A^T x, per link the sum of x over its subtree, in link axes."""
         total = [list(row) for row in x]
         for index in reversed(range(len(self.tree.links))):
             link = self.tree.links[index]
@@ -136,7 +136,7 @@ class SystemMatrices:
         return total
 
     def inertia(self, x: Columns) -> Columns:
-        """Return M x."""
+        """Return M x per link, spatial inertia times each column, in link axes."""
         algebra = self.tree.algebra
         return [
             [pair if is_zero(pair) else wrench(algebra, link.inertia, pair[1], pair[0]) for pair in row]

@@ -47,7 +47,7 @@ def _greatest(family: Family, ends: Ends) -> list[int]:
     for number, row in enumerate(family.values(places)[0]):
         s = np.array([places[int(np.argmax(np.abs(row)))]], dtype=object)
         greatest = 0
-        for _ in range(9):  # Newton's iteration for f' = 0, which leads nowhere from a corner between elements
+        for _ in range(9):  # Newton's iteration for f' = 0; at a kink between elements it does not converge
             value, slope, curvature = (int(part[number, 0]) for part in family.values(s))
             greatest = max(greatest, abs(value))
             step = (slope << BITS) // curvature if curvature else 0

@@ -20,12 +20,12 @@ from eomgen.system.description import BASE
 
 
 def build_tree(algebra: Algebra, scene: Scene) -> Tree:
-    """Return the tree of a scene on the algebra's tape.
+    """Return the tree of a scene in joint coordinates, recorded on the algebra's tape.
 
     Raises
     ------
     ModelError
-        Something is attached to a beam at a place that is no fixed number.
+        Something is attached to a beam at a position that is not a fixed number.
     """
     parameters = parameter_scalars(algebra, scene)
 
